@@ -1,0 +1,22 @@
+"""The bench scenes: each a module with ``build()``, of a kind artists make, small and made of code alone.
+
+None is tuned to a sampler: they vary in what moves, how many and what kind of emitters there are, whether the lens is
+open and how much light is indirect.
+"""
+
+#: Builder module of each scene, by the name `python -m bench` knows it by.
+BUILDERS = {
+    "wheels": "demo_blend.spinning_wheels",
+    "cubes": "bench.scenes.falling_cubes",
+    "room": "bench.scenes.room",
+    "sun_sky": "bench.scenes.sun_and_sky",
+    "metal": "bench.scenes.glossy_metal",
+    "fur": "bench.scenes.rolling_fur",
+    "bokeh": "bench.scenes.bokeh_lights",
+    "neon": "bench.scenes.neon_sign",
+    "still_life": "bench.scenes.still_life",
+    "heavy": "bench.scenes.heavy",
+}
+
+#: Scenes of the quality table; the heavy one is there for its wall time only.
+QUALITY = tuple(name for name in BUILDERS if name != "heavy")
