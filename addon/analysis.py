@@ -1,0 +1,103 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What a frame uses: which of Cycles' random numbers have something to decide in it."""
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True)
+class SceneUse:
+    """Sources of noise in a frame.
+
+    Attributes
+    ----------
+    motion_blur, lens : bool
+        Whether rays differ in time, in where they pass the lens.
+    lights : int
+        Emitters that Cycles chooses between: lamps, emitting materials and the world.
+    bounces : bool
+        Whether light that was scattered more than once is rendered.
+    """
+
+    motion_blur: bool
+    lens: bool
+    lights: int
+    bounces: bool
+
+    @property
+    def dims(self):
+        """Tile dimensions that have something to decide, in the tile format's order."""
+        dims = []
+        if self.motion_blur:
+            dims.append("t")
+        if self.lens:
+            dims += ["lens.u", "lens.v"]
+        if self.lights:
+            dims += ["light.u", "light.v"]
+        if self.lights > 1:
+            dims.append("light.pick")
+        if self.bounces:
+            dims += ["bsdf.u", "bsdf.v"]
+        return tuple(dims)
+
+    def __str__(self):
+        parts = []
+        if self.motion_blur:
+            parts.append("motion blur")
+        if self.lens:
+            parts.append("depth of field")
+        if self.lights:
+            parts.append("1 light" if self.lights == 1 else f"{self.lights} lights")
+        if self.bounces:
+            parts.append("indirect light")
+        return ", ".join(parts) or "nothing random"
+
+
+def scene_use(depsgraph):
+    """Look a frame over, without touching its geometry.
+
+    Parameters
+    ----------
+    depsgraph : bpy.types.Depsgraph
+        Evaluated for the frame.
+
+    Returns
+    -------
+    SceneUse
+    """
+    scene, layer = depsgraph.scene, depsgraph.view_layer
+    camera = scene.camera
+    cycles = scene.cycles
+    lights = sum(obj.type == "LIGHT" for obj in depsgraph.objects)
+    lights += sum(_emits(data) for data in depsgraph.ids if data.bl_rna.identifier in {"Material", "World"})
+    return SceneUse(
+        motion_blur=scene.render.use_motion_blur and layer.use_motion_blur,
+        lens=camera is not None and camera.type == "CAMERA" and camera.data.dof.use_dof,
+        lights=lights,
+        bounces=cycles.max_bounces > 0
+        and any((cycles.diffuse_bounces, cycles.glossy_bounces, cycles.transmission_bounces, cycles.volume_bounces)),
+    )
+
+
+def _emits(data):
+    """Whether a material or world can give light, judged by its nodes' strengths."""
+    tree = data.node_tree
+    if tree is None:
+        return data.bl_rna.identifier == "World" and any(data.color)
+    return any(_node_emits(node) for node in tree.nodes)
+
+
+def _node_emits(node):
+    if node.mute:
+        return False
+    if node.bl_idname == "ShaderNodeGroup":
+        return node.node_tree is not None and any(_node_emits(inner) for inner in node.node_tree.nodes)
+    if node.bl_idname in {"ShaderNodeEmission", "ShaderNodeBackground"}:
+        return _may_exceed_zero(node.inputs["Strength"]) and _may_exceed_zero(node.inputs["Color"])
+    if node.bl_idname == "ShaderNodeBsdfPrincipled":
+        return _may_exceed_zero(node.inputs["Emission Strength"]) and _may_exceed_zero(node.inputs["Emission Color"])
+    return False
+
+
+def _may_exceed_zero(socket):
+    value = socket.default_value
+    return socket.is_linked or (any(value[:3]) if socket.type == "RGBA" else value > 0.0)

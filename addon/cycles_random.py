@@ -1,0 +1,205 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The random numbers that Cycles will draw, computed ahead of the render.
+
+With the sampling pattern 'BLUE_NOISE' all pixels share one Owen-scrambled Sobol sequence; the pixel decides only which
+part of it it gets.  So the numbers of a render are a known function of (pixel, Cycles seed, number of samples), and a
+plan can say which film position each of them should serve.
+
+Sources: Cycles 5.2 `kernel/sample/pattern.h`, `sobol_burley.h`, `util.h`, `util/hash.h`, `scene/integrator.cpp`.
+`tests/addon/test_cycles_random.py` renders a probe scene and compares, so a Blender release that changes its sampler
+fails a test instead of silently spoiling pictures.
+"""
+
+import numpy as np
+
+# Dimension ids, kernel/types.h `PathTraceDimension`.
+LENS_TIME = 1
+BOUNCE = 16
+LIGHT = 1
+SURFACE_BSDF = 3
+
+# A tile's dimension -> (Cycles' set of three numbers, which of the three).  Light and BSDF are the first bounce's.
+DIMENSIONS = {
+    "t": (LENS_TIME, 0),
+    "lens.u": (LENS_TIME, 1),
+    "lens.v": (LENS_TIME, 2),
+    "light.u": (BOUNCE + LIGHT, 0),
+    "light.v": (BOUNCE + LIGHT, 1),
+    "light.pick": (BOUNCE + LIGHT, 2),
+    "bsdf.u": (BOUNCE + SURFACE_BSDF, 0),
+    "bsdf.v": (BOUNCE + SURFACE_BSDF, 1),
+}
+
+_SHUFFLE_SEED_3D = 0xCAA726AC
+_SCRAMBLE_SEEDS_3D = (0x9E78E391, 0x67C33241, 0x78C395C5)
+_MASK = 0xFFFFFFFF
+
+# Columns of the Sobol matrices for dimensions 1 and 2, for a bit-reversed index (dimension 0 is van der Corput's, the
+# identity).  These are Joe and Kuo's direction numbers, as in `sobol_burley_table`.
+_SOBOL_COLUMNS = (
+    (0x00000001, 0x00000003, 0x00000005, 0x0000000F, 0x00000011, 0x00000033, 0x00000055, 0x000000FF,
+     0x00000101, 0x00000303, 0x00000505, 0x00000F0F, 0x00001111, 0x00003333, 0x00005555, 0x0000FFFF,
+     0x00010001, 0x00030003, 0x00050005, 0x000F000F, 0x00110011, 0x00330033, 0x00550055, 0x00FF00FF,
+     0x01010101, 0x03030303, 0x05050505, 0x0F0F0F0F, 0x11111111, 0x33333333, 0x55555555, 0xFFFFFFFF),
+    (0x00000001, 0x00000003, 0x00000006, 0x00000009, 0x00000017, 0x0000003A, 0x00000071, 0x000000A3,
+     0x00000116, 0x00000339, 0x00000677, 0x000009AA, 0x00001601, 0x00003903, 0x00007706, 0x0000AA09,
+     0x00010117, 0x0003033A, 0x00060671, 0x000909A3, 0x00171616, 0x003A3939, 0x00717777, 0x00A3AAAA,
+     0x01170001, 0x033A0003, 0x06710006, 0x09A30009, 0x16160017, 0x3939003A, 0x77770071, 0xAAAA00A3),
+)  # fmt: skip
+
+
+def _byte_tables(columns):
+    """XOR of the columns of every byte, so that a 32-bit matrix product is four look-ups: uint32 (4, 256)."""
+    tables = np.zeros((4, 256), np.uint32)
+    for bit, column in enumerate(columns):
+        byte, shift = divmod(bit, 8)
+        tables[byte, (np.arange(256) >> shift) & 1 == 1] ^= np.uint32(column)
+    return tables
+
+
+def _reversed_bytes():
+    values = np.arange(256, dtype=np.uint32)
+    return sum(((values >> bit) & 1) << (7 - bit) for bit in range(8)).astype(np.uint32)
+
+
+_REVERSED = _reversed_bytes()
+
+
+def _mirrored(columns):
+    """Columns for the plain (not bit-reversed) index: bit k of it is bit 31 - k of the reversed one."""
+    return tuple(columns[31 - bit] for bit in range(32))
+
+
+# `sobol_burley()` walks the leading bits of a reversed index, so its column i belongs to bit 31 - i.
+_SOBOL_TABLES = tuple(_byte_tables(_mirrored(columns)) for columns in _SOBOL_COLUMNS)
+
+
+def _reverse_bits(n):
+    return (
+        (_REVERSED[n & 0xFF] << 24)
+        | (_REVERSED[(n >> 8) & 0xFF] << 16)
+        | (_REVERSED[(n >> 16) & 0xFF] << 8)
+        | _REVERSED[n >> 24]
+    )
+
+
+def _matrix_product(tables, n):
+    return tables[0][n & 0xFF] ^ tables[1][(n >> 8) & 0xFF] ^ tables[2][(n >> 16) & 0xFF] ^ tables[3][n >> 24]
+
+
+def _hash_hp(i):
+    """`hash_hp_uint()` of one integer (util/hash.h)."""
+    i ^= i >> 16
+    i = (i * 0x21F0AAAD) & _MASK
+    i ^= i >> 15
+    i = (i * 0xD35A2D97) & _MASK
+    i ^= i >> 15
+    return i ^ 0xE6FE3BEB
+
+
+def _hash_uint(key):
+    """`hash_uint()` of one integer, Jenkins' final mix (util/hash.h)."""
+    a = b = c = (0xDEADBEEF + (1 << 2) + 13) & _MASK
+    a = (a + key) & _MASK
+
+    def rotate(x, k):
+        return ((x << k) | (x >> (32 - k))) & _MASK
+
+    c = ((c ^ b) - rotate(b, 14)) & _MASK
+    a = ((a ^ c) - rotate(c, 11)) & _MASK
+    b = ((b ^ a) - rotate(a, 25)) & _MASK
+    c = ((c ^ b) - rotate(b, 16)) & _MASK
+    a = ((a ^ c) - rotate(c, 4)) & _MASK
+    b = ((b ^ a) - rotate(a, 14)) & _MASK
+    c = ((c ^ b) - rotate(b, 24)) & _MASK
+    return c
+
+
+def _owen_reversed(n, seed):
+    """`reversed_bit_owen()`: base-2 Owen scrambling of a bit-reversed integer (Laine-Karras hash)."""
+    n = n ^ n * np.uint32(0x3D20ADEA)
+    n += np.uint32(seed)
+    n *= np.uint32((seed >> 16) | 1)
+    n ^= n * np.uint32(0x05526C56)
+    n ^= n * np.uint32(0x53A22864)
+    return n
+
+
+def _owen_reversed_base4(n, seed):
+    """`reversed_bit_owen_base4()`: base-4 Owen scrambling of a bit-reversed integer."""
+    n = n ^ n * np.uint32(0x3D20ADEA)
+    n ^= (n >> 1) & (n << 1) & 0x55555555
+    n += np.uint32(seed)
+    n *= np.uint32((seed >> 16) | 1)
+    n ^= (n >> 1) & (n << 1) & 0x55555555
+    n ^= n * np.uint32(0x05526C56)
+    n ^= n * np.uint32(0x53A22864)
+    return n
+
+
+def _spread_bits(x):
+    """Put bit k of a 16-bit integer at bit 2k (`expand_bits()`)."""
+    x = x & 0xFFFF
+    x = (x ^ (x << 8)) & 0x00FF00FF
+    x = (x ^ (x << 4)) & 0x0F0F0F0F
+    x = (x ^ (x << 2)) & 0x33333333
+    return (x ^ (x << 1)) & 0x55555555
+
+
+def pixel_ranks(x, y, seed):
+    """Which part of the sequence each pixel gets (`path_rng_pixel_init()`).
+
+    Parameters
+    ----------
+    x, y : integer arrays that broadcast together
+        Absolute pixel coordinates in the full frame, below 65536, y counted from the bottom.
+    seed : int
+        The scene's Cycles seed.
+
+    Returns
+    -------
+    uint32 array
+        Pixel p draws the points n * rank ... n * rank + n - 1 of the sequence when n samples a pixel are rendered.
+    """
+    morton = (_spread_bits(np.asarray(x, np.uint32)) << 1) | _spread_bits(np.asarray(y, np.uint32))
+    return _reverse_bits(_owen_reversed_base4(_reverse_bits(morton), _hash_uint(seed & _MASK)))
+
+
+def sequence_values(index, dims):
+    """Values of some dimensions at points of Cycles' blue-noise sequence (`sobol_burley_sample_3D()`, seed 0).
+
+    Parameters
+    ----------
+    index : uint32 array
+        Indices into the sequence.
+    dims : sequence of str
+        Names out of `DIMENSIONS`.
+
+    Returns
+    -------
+    float32 array, shape index.shape + (len(dims),)
+        Values in [0, 1).
+
+    Raises
+    ------
+    ValueError
+        A dimension that Cycles has no number for.
+    """
+    unknown = [name for name in dims if name not in DIMENSIONS]
+    if unknown:
+        raise ValueError(f"Cycles draws no number for {', '.join(unknown)}; it has {', '.join(DIMENSIONS)}")
+    reversed_index = _reverse_bits(np.asarray(index, np.uint32))
+    values = np.empty(reversed_index.shape + (len(dims),), np.float32)
+    shuffled = {}
+    for column, name in enumerate(dims):
+        dimension_set, axis = DIMENSIONS[name]
+        seed = _hash_hp(dimension_set)
+        if dimension_set not in shuffled:
+            shuffled[dimension_set] = _owen_reversed(reversed_index, seed ^ _SHUFFLE_SEED_3D)
+        point = shuffled[dimension_set]
+        # Owen scrambling wants bit-reversed numbers: dimension 0 of a reversed index is that index mirrored, and the
+        # table's columns already are in reversed order.
+        digits = _reverse_bits(point) if axis == 0 else _matrix_product(_SOBOL_TABLES[axis - 1], point)
+        digits = _reverse_bits(_owen_reversed(digits, seed ^ _SCRAMBLE_SEEDS_3D[axis]))
+        values[..., column] = digits * np.float32(1.0 / 4294967808.0)
+    return values

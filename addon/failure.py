@@ -1,0 +1,27 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Saying no: a render that cannot be done ends with one clear line, in Blender's own way."""
+
+import atexit
+import os
+
+import bpy
+
+
+class Refused(Exception):
+    """A render that this engine will not do; the message tells the user why, and the way out."""
+
+
+def report(engine, message):
+    """Show `message` as the render's error; on the command line also make Blender's exit code 1.
+
+    Blender ends with code 0 after `blender -b scene.blend -f 1` whatever the engine reports, which a farm would take
+    for success.  Inside Python (the `bpy` module, scripts) the operator raises `RuntimeError` as for any engine.
+    """
+    engine.error_set(message)
+    if bpy.app.background and not bpy.app.module:
+        atexit.unregister(_fail)
+        atexit.register(_fail)
+
+
+def _fail():
+    os._exit(1)

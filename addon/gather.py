@@ -1,0 +1,124 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The GATHER driver: one Cycles render whose pixels serve other film pixels, then every pass put back in order.
+
+Cycles' random numbers are a function of the render pixel.  A plan (`addon.plan`) says which film pixel each render
+pixel should serve, so that the numbers Cycles will draw there suit it; an OSL camera (`addon.camera`) sends the rays
+there; Cycles does the rest in a single call.
+"""
+
+import os
+import tempfile
+from dataclasses import dataclass
+
+import bpy
+import numpy as np
+from cycles import engine as cycles
+
+from . import camera, film, library, plan
+from .analysis import scene_use
+from .failure import Refused
+from .region import Region
+
+# Cycles' Depth where nothing was hit (kernel/film, pass accessor).
+_NO_DEPTH = 1e10
+
+
+@dataclass(frozen=True)
+class Job:
+    """A prepared render.
+
+    Attributes
+    ----------
+    region : Region
+    plan : plan.Plan
+    layer_name : str
+        The view layer.  Its evaluated copy may be gone once Cycles has synchronised.
+    camera_rows : float array, shape (4,), or None
+        Row of the world-to-camera matrix that gives the depth, if the Depth pass is wanted.
+    folder : tempfile.TemporaryDirectory
+        Holds the plan's image during the render.
+    """
+
+    region: Region
+    plan: plan.Plan
+    layer_name: str
+    depth_row: np.ndarray | None
+    folder: tempfile.TemporaryDirectory
+
+
+def prepare(engine, depsgraph):
+    """Make the evaluated scene follow a plan; the user's scene is not touched.
+
+    Parameters
+    ----------
+    engine : bpy.types.RenderEngine
+    depsgraph : bpy.types.Depsgraph
+
+    Returns
+    -------
+    Job
+
+    Raises
+    ------
+    Refused
+        The scene cannot be rendered this way.
+    """
+    scene, layer = depsgraph.scene_eval, depsgraph.view_layer_eval
+    settings = scene.spectral_tiles
+    if settings.driver == "SUBRENDER":
+        raise Refused("The sub-render driver is not available yet; set Driver to Automatic or Gather")
+    if not cycles.with_osl():
+        raise Refused("This build of Blender has no Open Shading Language, which Spectral Tiles needs")
+    camera.check(scene.camera)
+    if layer.use_pass_vector and not scene.render.use_motion_blur:
+        raise Refused(
+            f'The Vector pass of view layer "{layer.name}" cannot be rendered with Spectral Tiles; '
+            "switch the pass off, or render it with Cycles"
+        )
+    region = Region.of_render(scene.render)
+    tile = library.tile(settings, scene.library)
+    seed = settings.seed + (scene.frame_current if scene.cycles.use_animated_seed else 0)
+    dims = tuple(name for name in scene_use(depsgraph).dims if name in tile.dims)
+    sample_plan = plan.for_tile(tile, dims, region, settings.samples, seed)
+
+    depth_row = None
+    if layer.use_pass_z:
+        # A custom camera's Depth is a distance from the camera; only positions tell the depth along its axis.
+        depth_row = -np.array(scene.camera.matrix_world.normalized().inverted())[2]
+        engine.add_pass("Position", 3, "XYZ", layer=layer.name)
+    folder = tempfile.TemporaryDirectory(prefix="spectral_tiles_", dir=bpy.app.tempdir)
+    image = os.path.join(folder.name, "plan.tif")
+    sample_plan.write(image)
+    _set_sampling(scene.cycles, settings.samples, seed)
+    camera.replace(engine, scene, region, image)
+    return Job(region, sample_plan, layer.name, depth_row, folder)
+
+
+def _set_sampling(settings, samples, seed):
+    """Make Cycles draw the numbers that the plan counts on, in one go."""
+    settings.samples = samples
+    settings.sampling_pattern = "BLUE_NOISE"
+    settings.seed = seed
+    settings.use_animated_seed = False
+    settings.use_adaptive_sampling = False
+    settings.use_sample_subset = False
+    settings.use_layer_samples = "IGNORE"
+    settings.time_limit = 0.0
+    # Cycles' own tiles reach the result only when all layers are done, and its denoiser would see pixels out of order.
+    settings.use_auto_tile = False
+    settings.use_denoising = False
+
+
+def render(engine, depsgraph, job):
+    """Run Cycles on a prepared render and put the pixels in order."""
+    with job.folder:
+        cycles.render(engine, depsgraph)
+    passes = film.read_passes(engine, job.layer_name)
+    if job.depth_row is not None:
+        for (name, view), depth in passes.items():
+            if name == "Depth":
+                position = passes["Position", view]
+                hit = depth[:, 0] < _NO_DEPTH
+                depth[hit, 0] = position[hit] @ job.depth_row[:3] + job.depth_row[3]
+    ordered = {key: film.scatter(pixels, job.plan.film) for key, pixels in passes.items()}
+    film.write_passes(engine, job.region, job.layer_name, ordered)

@@ -1,0 +1,66 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The tiles a scene can choose from: those shipped in `tiles/`, and a file of the user's."""
+
+import functools
+import os
+
+import bpy
+
+from .failure import Refused
+
+try:  # as an extension, where the generator is a package beside this one
+    from ..generator import Tile, load_tile
+except ImportError:  # from a checkout, where `addon` and `generator` are top-level packages
+    from generator import Tile, load_tile
+
+_FOLDER = os.path.join(os.path.dirname(__file__), "tiles")
+
+ITEMS = (
+    (
+        "AUTO",
+        "Automatic",
+        "Arrange the samples of Cycles' own sequence for what the scene uses; the best choice for pictures",
+    ),
+    *(
+        (name.upper(), name.replace("_", " ").capitalize(), f"Tile {name}, shipped with Spectral Tiles")
+        for name in sorted(file.removesuffix(".npz") for file in os.listdir(_FOLDER) if file.endswith(".npz"))
+    ),
+    ("FILE", "File…", "A tile of your own"),
+)
+
+
+def tile(settings, library=None):
+    """The tile that the settings name, or None for the automatic arrangement.
+
+    Parameters
+    ----------
+    settings : properties.SpectralTilesSettings
+    library : bpy.types.Library, optional
+        Of the scene, for paths relative to it.
+
+    Returns
+    -------
+    generator.Tile or None
+
+    Raises
+    ------
+    Refused
+        No such file, or not a tile.
+    """
+    if settings.tile == "AUTO":
+        return None
+    if settings.tile == "FILE":
+        if not settings.tile_path:
+            raise Refused("No tile file is set; choose one under Render Properties > Spectral Tiles")
+        path = bpy.path.abspath(settings.tile_path, library=library)
+    else:
+        path = os.path.join(_FOLDER, settings.tile.lower() + ".npz")
+    try:
+        return _load(path, os.stat(path).st_mtime_ns)
+    except (OSError, ValueError) as error:
+        raise Refused(f"Cannot use the tile {path}: {error}") from error
+
+
+@functools.lru_cache(maxsize=4)
+def _load(path, _modified) -> Tile:
+    return load_tile(path)

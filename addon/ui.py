@@ -1,0 +1,63 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The panel in the render properties, and Cycles' own panels under our engine."""
+
+import bpy
+
+from .engine import SpectralTilesRender
+
+_ENGINE = SpectralTilesRender.bl_idname
+
+# Panels of Cycles whose settings this engine decides itself.
+_REPLACED = {
+    "CYCLES_RENDER_PT_sampling_render",
+    "CYCLES_RENDER_PT_sampling_render_denoise",
+    "CYCLES_RENDER_PT_sampling_advanced",
+    "CYCLES_RENDER_PT_sampling_advanced_sample_subset",
+}
+
+
+class SPECTRAL_TILES_PT_sampling(bpy.types.Panel):
+    bl_label = "Spectral Tiles"
+    bl_space_type = "PROPERTIES"
+    bl_region_type = "WINDOW"
+    bl_context = "render"
+    COMPAT_ENGINES = {_ENGINE}
+
+    @classmethod
+    def poll(cls, context):
+        return context.engine in cls.COMPAT_ENGINES
+
+    def draw(self, context):
+        layout = self.layout
+        layout.use_property_split = True
+        layout.use_property_decorate = False
+        settings = context.scene.spectral_tiles
+        layout.prop(settings, "samples")
+        layout.prop(settings, "tile")
+        if settings.tile == "FILE":
+            layout.prop(settings, "tile_path")
+        row = layout.row(align=True)
+        row.prop(settings, "seed")
+        row.prop(context.scene.cycles, "use_animated_seed", text="", icon="TIME")
+        layout.prop(settings, "driver")
+
+
+def _cycles_panels(base=bpy.types.Panel):
+    """All panels that Cycles shows, and so should this engine, less those that it replaces."""
+    for panel in base.__subclasses__():
+        if "CYCLES" in getattr(panel, "COMPAT_ENGINES", ()) and panel.__name__ not in _REPLACED:
+            yield panel
+        yield from _cycles_panels(panel)
+
+
+def register():
+    bpy.utils.register_class(SPECTRAL_TILES_PT_sampling)
+    for panel in _cycles_panels():
+        # Cycles' panels share one set, also with the replaced ones, so each gets a set of its own.
+        panel.COMPAT_ENGINES = panel.COMPAT_ENGINES | {_ENGINE}
+
+
+def unregister():
+    for panel in _cycles_panels():
+        panel.COMPAT_ENGINES = panel.COMPAT_ENGINES - {_ENGINE}
+    bpy.utils.unregister_class(SPECTRAL_TILES_PT_sampling)
