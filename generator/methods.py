@@ -1,0 +1,59 @@
+"""The methods by their names, and the one door through which tiles are made."""
+
+import numpy as np
+
+from .dimensions import check_dims
+from .jittered import stratified
+from .scanning import scanning
+from .spectral import spectral
+from .tile import Tile, as_unit_float32, check_size
+from .white import white
+
+METHODS = {
+    "spectral": spectral,
+    "scanning": scanning,
+    "stratified": stratified,
+    "white": white,
+}
+"""Name to function (size, dims, samples, rng) -> values of shape (size, size, samples, len(dims))."""
+
+
+def make_tile(method, size, dims, seed, samples=1, progress=None, **parameters):
+    """Make a tile.
+
+    Parameters
+    ----------
+    method : str
+        A key of `METHODS`.
+    size : int
+        Side T in pixels.
+    dims : sequence of str
+        See `generator.dimensions.DIMENSIONS`.
+    seed : int
+        Not negative; the same arguments give the same tile.
+    samples : int
+        Samples n of a pixel.
+    progress : callable, optional
+        Called as ``progress(done, total)`` by methods that take long.
+    **parameters
+        Further arguments of the method.
+
+    Returns
+    -------
+    Tile
+
+    Raises
+    ------
+    ValueError
+        If an argument is not as described.
+    """
+    if method not in METHODS:
+        raise ValueError(f"method: expected one of {', '.join(METHODS)}, got {method!r}")
+    dims = check_dims(dims)
+    size = check_size("size", size)
+    samples = check_size("samples", samples)
+    rng = np.random.default_rng(check_size("seed", seed, minimum=0))
+    reporting = {"progress": progress} if method == "spectral" else {}
+    values = METHODS[method](size, dims, samples, rng, **parameters, **reporting)
+    parameters = {"size": size, "samples": samples, **parameters}
+    return Tile(dims, as_unit_float32(values), {"method": method, "parameters": parameters, "seed": seed})

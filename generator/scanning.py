@@ -1,0 +1,124 @@
+"""Mitchell's scanning algorithm: each cell takes the candidate farthest from its neighbours' values.
+
+Mitchell 1991, section 6 for one parameter, section 7 for two. Cells are visited in scanning order, left to right and
+top to bottom. Of 100 random *primary candidates* those 10 are kept whose smallest distance to the values of the
+P-cells, the ring of figure 7 next to the cell, is largest; of these *secondary candidates* the one with the largest
+smallest distance to the S-cells, the outer ring, wins.
+
+Two additions: neighbours are looked up on the torus, so that the last rows and columns also fit the first ones and the
+tile can be replicated; and a cell's earlier samples, where there are several, count as P-cells.
+"""
+
+import numpy as np
+
+from .dimensions import groups
+
+PERIODIC_GROUPS = ("t",)
+"""Groups whose distance wraps around, "so the pattern can be used periodically from frame to frame" (section 6)."""
+
+
+def neighbour_offsets():
+    """Return the (dy, dx) of the 8 P-cells and the 16 S-cells of figure 7, with the half not yet visited."""
+    square = [(dy, dx) for dy in range(-2, 3) for dx in range(-2, 3)]
+    ring = {1: [], 2: [], 0: []}
+    for dy, dx in square:
+        ring[max(abs(dy), abs(dx))].append((dy, dx))
+    return np.array(ring[1]), np.array(ring[2])
+
+
+def smallest_distance(candidates, values, periodic):
+    """Return each candidate's distance to the closest value.
+
+    Parameters
+    ----------
+    candidates : ndarray, shape (m, d)
+    values : ndarray, shape (k, d)
+    periodic : bool
+        Whether distances wrap around at the cube's sides.
+
+    Returns
+    -------
+    ndarray, shape (m,)
+        Euclidean distances; infinite if there are no values.
+    """
+    difference = np.abs(candidates[:, None] - values)
+    if periodic:
+        difference = np.minimum(difference, 1 - difference)
+    return np.sqrt((difference**2).sum(axis=2)).min(axis=1, initial=np.inf)
+
+
+class _Scan:
+    """The grid of values while it is being filled: which cells have a value, and who the neighbours of a cell are."""
+
+    def __init__(self, size, samples, d):
+        self.size = size
+        self.values = np.empty((size, size, samples, d))
+        self.filled = np.zeros((size, size, samples), dtype=bool)
+        self.rings = neighbour_offsets()
+
+    def cells(self):
+        """Yield (layer, row, column) in scanning order; row 0 of a tile is the lowest, so rows count down."""
+        for layer in range(self.values.shape[2]):
+            for row in reversed(range(self.size)):
+                for column in range(self.size):
+                    yield layer, row, column
+
+    def neighbours(self, layer, row, column):
+        """Return the values of the P-cells and of the S-cells that have one."""
+        found = []
+        for ring in self.rings:
+            rows, columns = (ring + np.array([row, column])).T % self.size
+            present = self.filled[rows, columns, layer]
+            found.append(self.values[rows[present], columns[present], layer])
+        own = self.values[row, column, :layer]
+        return np.concatenate([found[0], own]), found[1]
+
+    def set(self, layer, row, column, value):
+        self.values[row, column, layer] = value
+        self.filled[row, column, layer] = True
+
+
+def best(candidates, distance, keep):
+    """Return the `keep` candidates with the largest distance."""
+    return candidates[np.argpartition(-distance, keep - 1)[:keep]]
+
+
+def scan_group(size, d, samples, rng, periodic, candidates=100, secondary=10):
+    """Fill a tile for one group of parameters (sections 6 and 7).
+
+    Parameters
+    ----------
+    size : int
+        Side T of the tile in pixels.
+    d : int
+        Dimensions of the group.
+    samples : int
+        Samples n of a pixel.
+    rng : numpy.random.Generator
+    periodic : bool
+        Whether values wrap around, as time does.
+    candidates, secondary : int
+        Primary candidates drawn, and how many of them become secondary ones.
+
+    Returns
+    -------
+    ndarray of float64, shape (size, size, samples, d), in [0, 1)
+    """
+    scan = _Scan(size, samples, d)
+    for cell in scan.cells():
+        near, far = scan.neighbours(*cell)
+        primary = rng.random((candidates, d))
+        kept = best(primary, smallest_distance(primary, near, periodic), secondary)
+        scan.set(*cell, best(kept, smallest_distance(kept, far, periodic), 1)[0])
+    return scan.values
+
+
+def scanning(size, dims, samples, rng):
+    """Return values whose groups are scanned one by one: good marginal, random joint distributions.
+
+    Parameters and result are those of `generator.white.white`.
+    """
+    values = np.empty((size, size, samples, len(dims)))
+    for name, columns in groups(dims).items():
+        values[..., columns] = scan_group(size, len(columns), samples, rng, name in PERIODIC_GROUPS)
+    return values

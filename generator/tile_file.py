@@ -1,0 +1,92 @@
+"""Tile files: ``.npz``, the native format, and ``.exr`` through `generator.exr`."""
+
+import json
+import zipfile
+import zlib
+from pathlib import Path
+
+import numpy as np
+
+from . import exr
+from .atomic_file import replacing
+from .tile import FORMAT_VERSION, Tile
+
+
+def _path(path):
+    path = Path(path)
+    if path.suffix.lower() not in (".npz", ".exr"):
+        raise ValueError(f"{path}: expected a file name ending in .npz or .exr")
+    return path
+
+
+def save_tile(tile, path):
+    """Write a tile to `path`; an interrupted write leaves what was there before.
+
+    Parameters
+    ----------
+    tile : Tile
+    path : str or Path
+        Ending in ``.npz`` or ``.exr``.
+
+    Raises
+    ------
+    ValueError
+        If the ending is another one.
+    OSError
+        If the file cannot be written.
+    """
+    path = _path(path)
+    metadata = json.dumps(dict(tile.metadata), sort_keys=True)
+    with replacing(path) as temporary:
+        if path.suffix.lower() == ".exr":
+            exr.write(temporary, tile.dims, tile.values, metadata)
+        else:
+            np.savez_compressed(temporary, values=tile.values, dims=np.array(tile.dims), metadata=np.array(metadata))
+
+
+def _read_npz(path):
+    """Return (dims, values, metadata as JSON text) of an ``.npz`` file."""
+    if not zipfile.is_zipfile(path):
+        raise ValueError(f"{path}: expected a tile, got a truncated file or one that is no .npz archive")
+    try:
+        with np.load(path, allow_pickle=False) as archive:
+            missing = {"values", "dims", "metadata"} - set(archive.files)
+            if missing:
+                raise ValueError(f"{path}: expected a tile, got an archive without {', '.join(sorted(missing))}")
+            dims = tuple(str(name) for name in np.atleast_1d(archive["dims"]))
+            return dims, archive["values"], str(archive["metadata"])
+    except (zipfile.BadZipFile, zlib.error, EOFError) as error:
+        raise ValueError(f"{path}: expected a tile, got a damaged file ({error})") from error
+
+
+def load_tile(path):
+    """Read a tile from an ``.npz`` or ``.exr`` file.
+
+    Returns
+    -------
+    Tile
+
+    Raises
+    ------
+    ValueError
+        If the file is damaged, is not a tile, is of a later format, or holds values outside [0, 1).
+    OSError
+        If the file cannot be read, such as FileNotFoundError.
+    """
+    path = _path(path)
+    if not path.is_file():
+        raise FileNotFoundError(f"{path}: no such file")
+    dims, values, text = exr.read(path) if path.suffix.lower() == ".exr" else _read_npz(path)
+    try:
+        metadata = json.loads(text)
+    except json.JSONDecodeError as error:
+        raise ValueError(f"{path}: expected metadata in JSON, got {text[:40]!r}") from error
+    if not isinstance(metadata, dict):
+        raise ValueError(f"{path}: expected metadata as a JSON object, got {text[:40]!r}")
+    version = metadata.get("format_version", FORMAT_VERSION)
+    if not isinstance(version, int) or version > FORMAT_VERSION:
+        raise ValueError(f"{path}: expected format version {FORMAT_VERSION} or earlier, got {version!r}")
+    try:
+        return Tile(dims, values, metadata)
+    except ValueError as error:
+        raise ValueError(f"{path}: {error}") from error
