@@ -1,12 +1,10 @@
-"""Writing a built scene to its committed .blend file."""
+"""Writing a built scene to its .blend file."""
 
 import sys
 from collections.abc import Callable
 from pathlib import Path
 
 import bpy
-
-FOLDER = Path(__file__).parent
 
 
 def write_blend(build: Callable[[], bpy.types.Scene], path: Path | None = None) -> Path:
@@ -22,6 +20,19 @@ def write_blend(build: Callable[[], bpy.types.Scene], path: Path | None = None) 
     if path is None:
         path = Path(sys.modules[build.__module__].__file__).with_suffix(".blend")
     build()
-    # Relative remapping would write this machine's folders into the file; no scene refers to other files.
-    bpy.ops.wm.save_as_mainfile(filepath=str(path), compress=True, relative_remap=False, copy=True)
+    _forget_home()
+    bpy.ops.wm.save_as_mainfile(filepath=str(path), compress=True, copy=True)
     return path
+
+
+def _forget_home() -> None:
+    """Empty the factory layouts' file browsers, which open in the home folder of whoever builds the scene."""
+    browsers = (
+        space
+        for screen in bpy.data.screens
+        for area in screen.areas
+        for space in area.spaces
+        if space.type == "FILE_BROWSER" and space.params
+    )
+    for browser in browsers:
+        browser.params.directory = b""

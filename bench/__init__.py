@@ -1,0 +1,6 @@
+"""Measurements of Spectral Tiles against Cycles itself. ``python -m bench --help`` lists the commands.
+
+The data's way: a scene file (`scene_files`) and settings make a job, a fresh process renders it (`jobs`, `worker`), its
+images are compared with a converged reference (`reference`, `metrics`), and a command (`errors`, `quality`, `timing`,
+`demo`) prints the table.
+"""

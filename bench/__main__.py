@@ -1,0 +1,109 @@
+"""The command line of the bench."""
+
+import argparse
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+
+from bench import demo, errors, quality, timing
+from bench.jobs import AUTOMATIC, RenderFailed, Settings
+from bench.reference import QUICK_SAMPLES, SAMPLES
+from bench.scene_files import scene_file
+from bench.scenes import QUALITY
+
+DEMO_SCENE = "wheels"
+#: Timed by default: the demo, and a scene where a sample costs about three times as much.
+TIMED = (DEMO_SCENE, "fur")
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run one command and return the process's exit code."""
+    options = _parser().parse_args(arguments)
+    try:
+        print(options.run(options))
+    except (RenderFailed, ValueError) as error:
+        print(f"bench: {error}", file=sys.stderr)
+        return 1
+    return 0
+
+
+def _errors_and_times(options: argparse.Namespace) -> str:
+    scene = scene_file(DEMO_SCENE)
+    samples, seeds, pairs = ((1,), 2, 1) if options.quick else (options.samples, options.seeds, options.pairs)
+    table = errors.report(scene, Settings(size=(512, 512)), samples, range(seeds), _reference_samples(options))
+    return f"{table}\n\n{_times(options, TIMED, pairs)}"
+
+
+def _times(options: argparse.Namespace, scenes: Sequence[str], pairs: int) -> str:
+    return timing.report([scene_file(name) for name in scenes], Settings(size=(1920, 1080)), pairs)
+
+
+def _quality(options: argparse.Namespace) -> str:
+    settings = Settings(size=(256, 256) if options.quick else (512, 512), bounces=options.bounces)
+    samples, seeds = ((1,), 2) if options.quick else (options.samples, options.seeds)
+    scenes = [scene_file(name) for name in options.scenes]
+    return quality.report(scenes, settings, samples, range(seeds), _reference_samples(options), options.native_only)
+
+
+def _demo(options: argparse.Namespace) -> str:
+    settings = Settings(samples=options.samples, size=tuple(options.size))
+    return demo.make(scene_file(options.scene), settings, options.seed, options.reference_samples, options.out)
+
+
+def _reference_samples(options: argparse.Namespace) -> int:
+    return QUICK_SAMPLES if options.quick else SAMPLES
+
+
+def _counts(text: str) -> tuple[int, ...]:
+    """Parse comma-separated positive numbers."""
+    counts = tuple(int(part) for part in text.split(","))
+    if min(counts) < 1:
+        raise argparse.ArgumentTypeError("counts start at 1")
+    return counts
+
+
+def _bounces(text: str) -> int | None:
+    return None if text == "own" else int(text)
+
+
+def _parser() -> argparse.ArgumentParser:
+    quick = argparse.ArgumentParser(add_help=False)
+    quick.add_argument("--quick", action="store_true", help="few seeds, rough references: minutes, not hours")
+
+    parser = argparse.ArgumentParser(
+        prog="python -m bench",
+        parents=[quick],
+        description="Measure Spectral Tiles against Cycles; without a command, errors on the demo scene and wall times.",
+    )
+    parser.add_argument("--samples", type=_counts, default=(1, 2, 4), help="samples a pixel, as in 1,2,4")
+    parser.add_argument("--seeds", type=int, default=4, help="images of each engine and sample count")
+    parser.add_argument("--pairs", type=int, default=5, help="pairs of timed processes")
+    parser.set_defaults(run=_errors_and_times)
+    commands = parser.add_subparsers(title="commands", metavar="COMMAND")
+
+    over_scenes = commands.add_parser("quality", parents=[quick], help="error ratios over all scenes")
+    over_scenes.add_argument("--scenes", nargs="+", default=QUALITY, metavar="SCENE", help="names or .blend files")
+    over_scenes.add_argument("--samples", type=_counts, default=(1, 2, 4, 16), help="samples a pixel, as in 1,2,4,16")
+    over_scenes.add_argument("--bounces", type=_bounces, default=None, help="'own' (the scene's) or a number")
+    over_scenes.add_argument("--seeds", type=int, default=4, help="images of each engine and sample count")
+    over_scenes.add_argument("--native-only", action="store_true", help=f"only {AUTOMATIC} against Tabulated Sobol")
+    over_scenes.set_defaults(run=_quality)
+
+    times = commands.add_parser("times", help="wall time and memory against native")
+    times.add_argument("--scenes", nargs="+", default=TIMED, metavar="SCENE", help="names or .blend files")
+    times.add_argument("--pairs", type=int, default=5, help="pairs of timed processes")
+    times.set_defaults(run=lambda options: _times(options, options.scenes, options.pairs))
+
+    pictures = commands.add_parser("demo", help="render one scene both ways, as pictures")
+    pictures.add_argument("--out", type=Path, required=True, metavar="DIR", help="folder of the pictures")
+    pictures.add_argument("--scene", default=DEMO_SCENE, help="name or .blend file")
+    pictures.add_argument("--samples", type=int, default=1, help="samples a pixel of both")
+    pictures.add_argument("--size", type=int, nargs=2, default=(960, 540), metavar=("W", "H"), help="in pixels")
+    pictures.add_argument("--seed", type=int, default=0, help="seed of both")
+    pictures.add_argument("--reference-samples", type=int, default=16, help="samples a pixel of each reference half")
+    pictures.set_defaults(run=_demo)
+    return parser
+
+
+if __name__ == "__main__":
+    sys.exit(main())

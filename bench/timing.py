@@ -1,0 +1,81 @@
+"""Wall time and memory of our engine against native Cycles."""
+
+import statistics
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from bench.jobs import AUTOMATIC, TILES, Settings, run_worker
+from bench.scene_files import SceneFile
+from bench.table import Progress, table
+
+#: The second render of a process is the one that counts: by then our plan is cached and Cycles' kernels are loaded.
+RENDERS = 2
+
+
+@dataclass(frozen=True)
+class Cost:
+    """What one fresh process spent.
+
+    Attributes
+    ----------
+    first, second : float
+        Seconds of its first and second render.
+    peak : int
+        Largest resident size in bytes.
+    """
+
+    first: float
+    second: float
+    peak: int
+
+
+def cost(scene: SceneFile, settings: Settings) -> Cost:
+    """Render twice in a fresh process."""
+    result = run_worker(scene, settings, {"repeats": RENDERS})
+    return Cost(*result["seconds"], result["peak"])
+
+
+def report(scenes: Sequence[SceneFile], settings: Settings, pairs: int) -> str:
+    """Time pairs of processes, native and ours in turn, and return the table.
+
+    Parameters
+    ----------
+    scenes : sequence of SceneFile
+        What to render.
+    settings : Settings
+        Samples, size and bounces; the engine is replaced.
+    pairs : int
+        Pairs of processes for each scene; the ratio is the median over pairs.
+    """
+    progress = Progress(2 * pairs * len(scenes))
+    pixels = settings.size[0] * settings.size[1]
+    rows = []
+    for scene in scenes:
+        costs = {AUTOMATIC: [], TILES: []}
+        for pair in range(pairs):
+            # Who goes first changes from pair to pair, so that a machine that slows down favours nobody.
+            for engine in (AUTOMATIC, TILES) if pair % 2 == 0 else (TILES, AUTOMATIC):
+                own = Settings(engine, settings.samples, settings.size, settings.bounces)
+                costs[engine].append(cost(scene, own))
+                progress.step(f"{scene.name}: {engine} {costs[engine][-1].second:.2f} s")
+        rows.append([scene.name, *_row(costs[AUTOMATIC], costs[TILES], pixels)])
+    header = ["", "native s", "tiles s", "ratio", "spread", "first ratio", "bytes/pixel over native"]
+    title = (
+        f"Wall time of one frame, {settings.size[0]}x{settings.size[1]}, {settings.samples} spp, second render of a "
+    )
+    return f"{title}process,\nmedian of {pairs} alternating pairs (spread: lowest to highest)\n" + table(header, rows)
+
+
+def _row(native: Sequence[Cost], tiles: Sequence[Cost], pixels: int) -> list[str]:
+    """Return the figures of one scene."""
+    ratios = [ours.second / theirs.second for ours, theirs in zip(tiles, native, strict=True)]
+    first = statistics.median(ours.first / theirs.first for ours, theirs in zip(tiles, native, strict=True))
+    memory = statistics.median(c.peak for c in tiles) - statistics.median(c.peak for c in native)
+    return [
+        f"{statistics.median(c.second for c in native):.2f}",
+        f"{statistics.median(c.second for c in tiles):.2f}",
+        f"{statistics.median(ratios):.3f}",
+        f"{min(ratios):.2f}-{max(ratios):.2f}",
+        f"{first:.3f}",
+        f"{memory / pixels:.0f}",
+    ]

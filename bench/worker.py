@@ -1,0 +1,136 @@
+"""The process that renders, ``python -m bench.worker ORDER``; the order is JSON.
+
+The order names a .blend file (``blend``), `bench.jobs.Settings` (``settings``), a scratch ``folder``, where to write the
+``result`` and one of these tasks:
+
+- ``images``: pairs of seed and path; each image is saved there as a float32 .npy of linear RGB, rows from the bottom.
+- ``pictures``: pairs of seed and path without suffix; saved as .exr, as .png through the scene's view, and as .npy.
+- ``repeats``: render that many times without saving; the result holds ``seconds`` of each.
+
+Every result holds ``peak``, the process's largest resident size in bytes.
+"""
+
+import json
+import os
+import resource
+import sys
+import time
+from pathlib import Path
+
+import bpy
+import numpy as np
+
+# AUTOMATIC and TABULATED_SOBOL are Cycles' own names of patterns, hence no table of them here.
+TILES = "SPECTRAL_TILES"
+
+
+def main(order: dict) -> None:
+    """Do what the order says and write its result."""
+    bpy.ops.wm.open_mainfile(filepath=order["blend"], load_ui=False)
+    scene = bpy.context.scene
+    prepare(scene, order["settings"])
+    folder = Path(order["folder"])
+    result = {}
+    for seed, path in order.get("images", ()):
+        set_seed(scene, seed)
+        _save_pixels(render_to(scene, folder / "image.exr"), Path(path))
+    for seed, path in order.get("pictures", ()):
+        set_seed(scene, seed)
+        exr = render_to(scene, Path(path).with_suffix(".exr"))
+        _save_pixels(exr, Path(path).with_suffix(".npy"))
+        _save_png(scene, Path(path).with_suffix(".png"))
+    if "repeats" in order:
+        set_seed(scene, 0)
+        result["seconds"] = [_timed_render() for _ in range(order["repeats"])]
+    result["peak"] = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * 1024
+    Path(order["result"]).write_text(json.dumps(result))
+
+
+def prepare(scene: bpy.types.Scene, settings: dict) -> None:
+    """Make engines comparable: the same box filter, and neither adaptive sampling nor denoising.
+
+    Persistent data stays off: with it native Cycles silently ignores a changed seed.
+    """
+    scene.render.use_persistent_data = False
+    scene.render.resolution_x, scene.render.resolution_y = settings["size"]
+    scene.render.resolution_percentage = 100
+    scene.render.use_border = False
+    scene.render.use_compositing = False
+    scene.render.use_sequencer = False
+    scene.render.film_transparent = False
+    image = scene.render.image_settings
+    image.file_format = "OPEN_EXR"
+    image.color_depth = "32"
+    image.color_mode = "RGB"
+    cycles = scene.cycles
+    cycles.pixel_filter_type = "BOX"
+    cycles.use_adaptive_sampling = False
+    cycles.use_denoising = False
+    cycles.use_animated_seed = False
+    if settings["bounces"] is not None:
+        cycles.max_bounces = settings["bounces"]
+    _use_engine(scene, settings["engine"], settings["samples"])
+
+
+def _use_engine(scene: bpy.types.Scene, engine: str, samples: int) -> None:
+    """Choose native Cycles with a sampling pattern, or our engine."""
+    if engine == TILES:
+        import addon
+
+        addon.register()
+        scene.render.engine = TILES
+        scene.spectral_tiles.samples = samples
+    else:
+        scene.render.engine = "CYCLES"
+        scene.cycles.sampling_pattern = engine
+    scene.cycles.samples = samples
+
+
+def set_seed(scene: bpy.types.Scene, seed: int) -> None:
+    """Seed whichever engine renders."""
+    if scene.render.engine == TILES:
+        scene.spectral_tiles.seed = seed
+    else:
+        scene.cycles.seed = seed
+
+
+def render_to(scene: bpy.types.Scene, path: Path) -> Path:
+    """Render the current frame to a float EXR and return its path."""
+    scene.render.filepath = str(path)
+    bpy.ops.render.render(write_still=True)
+    if not path.is_file():
+        raise RuntimeError("the render wrote no image")
+    return path
+
+
+def _save_pixels(exr: Path, path: Path) -> None:
+    """Save an EXR's linear RGB as .npy, whole or not at all."""
+    image = bpy.data.images.load(str(exr), check_existing=False)
+    image.colorspace_settings.name = "Non-Color"  # no conversion on reading: the values as rendered
+    width, height = image.size
+    pixels = np.empty(width * height * 4, np.float32)
+    image.pixels.foreach_get(pixels)
+    bpy.data.images.remove(image)
+    unfinished = path.with_suffix(".part.npy")
+    np.save(unfinished, pixels.reshape(height, width, 4)[..., :3])
+    os.replace(unfinished, path)
+
+
+def _save_png(scene: bpy.types.Scene, path: Path) -> None:
+    """Save the last render as artists see it."""
+    image = scene.render.image_settings
+    image.file_format = "PNG"
+    image.color_depth = "8"
+    bpy.data.images["Render Result"].save_render(str(path), scene=scene)
+    image.file_format = "OPEN_EXR"
+    image.color_depth = "32"
+
+
+def _timed_render() -> float:
+    start = time.perf_counter()
+    bpy.ops.render.render()
+    return time.perf_counter() - start
+
+
+if __name__ == "__main__":
+    main(json.loads(sys.argv[1]))
