@@ -73,7 +73,7 @@ def _parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(
         prog="python -m bench",
         parents=[quick],
-        description="Measure Spectral Tiles against Cycles; without a command, errors on the demo scene and wall times.",
+        description="Measure Spectral Tiles against Cycles; without a command, errors on the demo and wall times.",
     )
     parser.add_argument("--samples", type=_counts, default=(1, 2, 4), help="samples a pixel, as in 1,2,4")
     parser.add_argument("--seeds", type=int, default=4, help="images of each engine and sample count")

@@ -18,7 +18,7 @@ FILES = {AUTOMATIC: "native", TILES: "spectral_tiles"}
 
 #: Where the zoomed crops are, as (x, y) of their centre in parts of the picture from the upper left.
 CROPS = ((0.48, 0.30), (0.62, 0.62))
-ZOOM = 3
+ZOOM = 4
 MARGIN = 12
 HEAD = 34
 BACKGROUND = 0.11

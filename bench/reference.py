@@ -10,8 +10,8 @@ from bench.scene_files import SceneFile
 #: Seeds of the two halves, far from those of measured renders.
 SEEDS = (70001, 70002)
 
-#: Samples a pixel of each half. The error figures are free of the reference's noise on average (`metrics`), so this only
-#: has to keep the spread down: at 64 the noise moves a ratio at 16 samples a pixel by less than one percent.
+#: Samples a pixel of each half. The error figures are free of the reference's noise on average (`metrics`), so this
+#: only has to keep the spread down: at 64 the noise moves a ratio at 16 samples a pixel by about one percent.
 SAMPLES = 64
 QUICK_SAMPLES = 32
 

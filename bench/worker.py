@@ -1,7 +1,7 @@
 """The process that renders, ``python -m bench.worker ORDER``; the order is JSON.
 
-The order names a .blend file (``blend``), `bench.jobs.Settings` (``settings``), a scratch ``folder``, where to write the
-``result`` and one of these tasks:
+The order names a .blend file (``blend``), `bench.jobs.Settings` (``settings``), a scratch ``folder``, where to write
+the ``result`` and one of these tasks:
 
 - ``images``: pairs of seed and path; each image is saved there as a float32 .npy of linear RGB, rows from the bottom.
 - ``pictures``: pairs of seed and path without suffix; saved as .exr, as .png through the scene's view, and as .npy.
@@ -20,8 +20,7 @@ from pathlib import Path
 import bpy
 import numpy as np
 
-# AUTOMATIC and TABULATED_SOBOL are Cycles' own names of patterns, hence no table of them here.
-TILES = "SPECTRAL_TILES"
+from bench.jobs import TILES
 
 
 def main(order: dict) -> None:
