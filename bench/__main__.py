@@ -51,7 +51,7 @@ def _demo(options: argparse.Namespace) -> str:
 
 
 def _reference_samples(options: argparse.Namespace) -> int:
-    return QUICK_SAMPLES if options.quick else SAMPLES
+    return options.reference_samples or (QUICK_SAMPLES if options.quick else SAMPLES)
 
 
 def _counts(text: str) -> tuple[int, ...]:
@@ -69,6 +69,12 @@ def _bounces(text: str) -> int | None:
 def _parser() -> argparse.ArgumentParser:
     quick = argparse.ArgumentParser(add_help=False)
     quick.add_argument("--quick", action="store_true", help="few seeds, rough references: minutes, not hours")
+    quick.add_argument(
+        "--reference-samples",
+        type=int,
+        metavar="N",
+        help=f"samples a pixel of each reference half, {SAMPLES} if not told",
+    )
 
     parser = argparse.ArgumentParser(
         prog="python -m bench",
