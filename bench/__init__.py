@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """Measurements of Spectral Tiles against Cycles itself. ``python -m bench --help`` lists the commands.
 
 The data's way: a scene file (`scene_files`) and settings make a job, a fresh process renders it (`jobs`, `worker`), its

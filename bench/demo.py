@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """``python -m bench demo``: one scene natively and with the tile at equal samples, as pictures to look at."""
 
 from dataclasses import replace
@@ -7,6 +8,7 @@ import matplotlib
 import matplotlib.pyplot as plt
 import numpy as np
 
+from bench.errors import HEADER, rmse_cells
 from bench.jobs import AUTOMATIC, TILES, Settings, run_worker
 from bench.metrics import SIGMAS, mean_square_error
 from bench.reference import reference
@@ -55,15 +57,11 @@ def make(scene: SceneFile, settings: Settings, seed: int, reference_samples: int
     comparison = folder / "side_by_side.png"
     _compare(folder, comparison, settings.samples)
 
-    rows = [[LABELS[engine], *(f"{1000 * np.sqrt(abs(mse)):.2f}" for mse in row)] for engine, row in errors.items()]
-    rows.append(
-        [
-            "ratio of MSE",
-            *(f"{ours / theirs:.3f}" for ours, theirs in zip(errors[TILES], errors[AUTOMATIC], strict=True)),
-        ]
-    )
+    rows = [[LABELS[engine], *rmse_cells(row)] for engine, row in errors.items()]
+    ratios = np.divide(errors[TILES], errors[AUTOMATIC])
+    rows.append(["ratio of MSE", *(f"{value:.3f}" for value in ratios)])
     title = f"RMSE x 1000 of luminance, {settings.samples} spp, after a Gaussian of sigma pixels (one seed)"
-    figures = table(["", *(f"sigma {sigma}" for sigma in SIGMAS)], rows)
+    figures = table(HEADER, rows)
     return f"{title}\n{figures}\n\nPictures in {folder}, compared in {comparison.name}"
 
 

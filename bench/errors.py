@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """Errors of engines on one scene: renders, compares with the reference, keeps one array of figures an engine."""
 
 from collections.abc import Sequence
@@ -5,11 +6,14 @@ from dataclasses import replace
 
 import numpy as np
 
-from bench.jobs import AUTOMATIC, NATIVE, TILES, Settings, images, is_cached
+from bench.jobs import AUTOMATIC, NATIVE, TABULATED, TILES, Settings, images, is_cached
 from bench.metrics import MEASURES, SIGMAS, Ratio, Reference, mean_square_error, ratio
 from bench.reference import reference
 from bench.scene_files import SceneFile
 from bench.table import Progress, table
+
+#: First line of every table of errors.
+HEADER = ["", *(f"sigma {sigma}" for sigma in SIGMAS)]
 
 #: Mean square errors of one engine, shape (seeds, sigmas).
 Errors = np.ndarray
@@ -71,6 +75,14 @@ def ratios(errors: dict[tuple[str, str], Errors], ours: str, theirs: str, kind: 
     return [ratio(errors[ours, kind][:, i], errors[theirs, kind][:, i]) for i in range(len(SIGMAS))]
 
 
+def rmse_cells(errors: Sequence[float]) -> list[str]:
+    """Return root mean square errors times 1000, as tables show them.
+
+    An unbiased estimate of a tiny mean square error can come out below zero, hence the absolute value.
+    """
+    return [f"{1000 * np.sqrt(abs(error)):.2f}" for error in errors]
+
+
 def report(
     scene: SceneFile, settings: Settings, samples: Sequence[int], seeds: Sequence[int], reference_samples: int
 ) -> str:
@@ -92,31 +104,24 @@ def report(
 
 
 def _error_table(found: dict, engines: Sequence[str], kind: str, truth: Reference) -> str:
-    """Return RMSE x 1000 of each engine and the share of the reference's own noise in it."""
+    """Return RMSE x 1000 of each engine and the noise that is left in the mean of the reference's halves."""
     rows = [
-        [f"{engine} {count} spp", *(f"{1000 * np.sqrt(abs(mse)):.2f}" for mse in errors[engine, kind].mean(0))]
+        [f"{engine} {count} spp", *rmse_cells(errors[engine, kind].mean(0))]
         for count, errors in found.items()
         for engine in engines
     ]
     noise = [truth.noise(sigma, kind) for sigma in SIGMAS]
-    rows.append(["(reference)", *(f"{1000 * np.sqrt(mse):.2f}" for mse in noise)])
-    return f"RMSE x 1000, {kind} of linear RGB; the reference's own noise is taken out\n" + table(
-        ["", *(f"sigma {sigma}" for sigma in SIGMAS)], rows
-    )
+    rows.append(["(reference)", *rmse_cells(noise)])
+    return f"RMSE x 1000, {kind} of linear RGB; the reference's own noise is taken out\n" + table(HEADER, rows)
 
 
 def _ratio_table(found: dict) -> str:
-    """Return mean square errors of the tile over each native pattern's."""
+    """Return mean square errors of the tile over each native pattern's, and of the patterns over each other."""
+    comparisons = [(kind, TILES, native) for kind in MEASURES for native in NATIVE]
+    comparisons.append(("luminance", AUTOMATIC, TABULATED))
     rows = [
-        [f"{count} spp, {kind}, over {native}", *map(str, ratios(errors, TILES, native, kind))]
+        [f"{count} spp, {kind}, {ours} over {theirs}", *map(str, ratios(errors, ours, theirs, kind))]
         for count, errors in found.items()
-        for kind in MEASURES
-        for native in NATIVE
+        for kind, ours, theirs in comparisons
     ]
-    rows += [
-        [f"{count} spp, luminance, {AUTOMATIC} over {NATIVE[1]}", *map(str, ratios(errors, AUTOMATIC, NATIVE[1]))]
-        for count, errors in found.items()
-    ]
-    return "Mean square error, ratio of means over seeds ± its standard error\n" + table(
-        [TILES, *(f"sigma {sigma}" for sigma in SIGMAS)], rows
-    )
+    return "Mean square error, ratio of means over seeds ± its standard error\n" + table(HEADER, rows)

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """Rendering in fresh processes: what to render, how to ask for it, and the cache of what was rendered before."""
 
 import hashlib

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """``python -m bench quality``: error ratios over all scenes."""
 
 from collections.abc import Sequence
@@ -5,14 +6,12 @@ from dataclasses import replace
 
 import numpy as np
 
-from bench.errors import measure, ratios
+from bench.errors import HEADER, measure, ratios, rmse_cells
 from bench.jobs import AUTOMATIC, NATIVE, TABULATED, TILES, Settings
 from bench.metrics import SIGMAS
 from bench.reference import reference
 from bench.scene_files import SceneFile
 from bench.table import Progress, table
-
-HEADER = ["", *(f"sigma {sigma}" for sigma in SIGMAS)]
 
 
 def report(
@@ -73,7 +72,7 @@ def _block(found: dict, names: Sequence[str], count: int, ours: str, theirs: str
 def _native_errors(found: dict) -> str:
     """Return native Cycles' absolute errors, which say what the ratios are ratios of."""
     rows = [
-        [f"{name}, {count} spp", *(f"{1000 * np.sqrt(abs(mse)):.2f}" for mse in errors[AUTOMATIC, "luminance"].mean(0))]
+        [f"{name}, {count} spp", *rmse_cells(errors[AUTOMATIC, "luminance"].mean(0))]
         for (name, count), errors in found.items()
     ]
     return f"RMSE x 1000 of {AUTOMATIC}\n" + table(HEADER, rows)

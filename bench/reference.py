@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """Converged references, cached on disk."""
 
 from collections.abc import Callable

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """The .blend files that are measured, and what identifies their content."""
 
 import ast

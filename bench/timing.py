@@ -1,8 +1,9 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """Wall time and memory of our engine against native Cycles."""
 
 import statistics
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from bench.jobs import AUTOMATIC, TILES, Settings, run_worker
 from bench.scene_files import SceneFile
@@ -55,8 +56,7 @@ def report(scenes: Sequence[SceneFile], settings: Settings, pairs: int) -> str:
         for pair in range(pairs):
             # Who goes first changes from pair to pair, so that a machine that slows down favours nobody.
             for engine in (AUTOMATIC, TILES) if pair % 2 == 0 else (TILES, AUTOMATIC):
-                own = Settings(engine, settings.samples, settings.size, settings.bounces)
-                costs[engine].append(cost(scene, own))
+                costs[engine].append(cost(scene, replace(settings, engine=engine)))
                 progress.step(f"{scene.name}: {engine} {costs[engine][-1].second:.2f} s")
         rows.append([scene.name, *_row(costs[AUTOMATIC], costs[TILES], pixels)])
     header = ["", "native s", "tiles s", "ratio", "spread", "first ratio", "bytes/pixel over native"]

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """The process that renders, ``python -m bench.worker ORDER``; the order is JSON.
 
 The order names a .blend file (``blend``), `bench.jobs.Settings` (``settings``), a scratch ``folder``, where to write

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """``python -m demo_blend [NAME ...]``: write the committed .blend files again."""
 
 import argparse

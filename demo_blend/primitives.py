@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """Shapes, materials, lights, cameras and keyframes: the few words all scene builders speak.
 
 Units are Blender's: metres, radians, watts. Colours are linear RGB.

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """The paper's scene (figures 8, 9 and 16): wheels spinning in the penumbra of an area light, through an open lens.
 
 Three spoked wheels of different size and speed stand between one soft light and a wall, so that every parameter of the

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """The bench scenes: each a module with ``build()``, of a kind artists make, small and made of code alone.
 
 None is tuned to a sampler: they vary in what moves, how many and what kind of emitters there are, whether the lens is

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """A bottle and glasses on a bar, the lights of a town far out of focus: a wide open six-bladed lens, many emitters."""
 
 import math

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """Cubes tumble past a wall under one area light: object motion, translation and spin, through a pinhole."""
 
 import math

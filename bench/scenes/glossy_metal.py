@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """Metal of all roughnesses on a polished floor, lit by a painted environment alone: glossy and nothing moves."""
 
 import math

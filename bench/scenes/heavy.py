@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """Two thousand objects and five level-5 subdivision surfaces, one of them deforming: much to sync, for wall times."""
 
 import math

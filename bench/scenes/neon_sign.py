@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """Neon rings and tubes over a wet-looking street corner: emissive meshes are the only light; one ring turns."""
 
 import math

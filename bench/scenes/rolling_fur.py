@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """Furry balls bounce across a table: thousands of moving hairs, two lights."""
 
 import math

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """A living room at dusk: a window, a ceiling light, two lamps, and much light that has bounced off the walls."""
 
 import math

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """Fruit and pottery under key, fill and rim light: nothing moves, the lens is a pinhole, three lights."""
 
 from demo_blend.primitives import (

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """A village seen from a moving car: a low sun, a physical sky, camera motion and nothing else that moves."""
 
 import math
