@@ -2,8 +2,11 @@
 
 import numpy as np
 
+from .cook import cook_pixels
 from .dimensions import check_dims
 from .jittered import stratified
+from .joint_scanning import joint_scanning
+from .n_rooks import n_rooks_pixels
 from .scanning import scanning
 from .spectral import spectral
 from .tile import Tile, as_unit_float32, check_size
@@ -12,7 +15,10 @@ from .white import white
 METHODS = {
     "spectral": spectral,
     "scanning": scanning,
+    "joint-scanning": joint_scanning,
     "stratified": stratified,
+    "cook": cook_pixels,
+    "n-rooks": n_rooks_pixels,
     "white": white,
 }
 """Name to function (size, dims, samples, rng) -> values of shape (size, size, samples, len(dims))."""

@@ -5,6 +5,8 @@ top to bottom. Of 100 random *primary candidates* those 10 are kept whose smalle
 P-cells, the ring of figure 7 next to the cell, is largest; of these *secondary candidates* the one with the largest
 smallest distance to the S-cells, the outer ring, wins.
 
+Distances wrap around at 0 and 1, "so the pattern can be used periodically from frame to frame".
+
 Two additions: neighbours are looked up on the torus, so that the last rows and columns also fit the first ones and the
 tile can be replicated; and a cell's earlier samples, where there are several, count as P-cells.
 """
@@ -12,9 +14,6 @@ tile can be replicated; and a cell's earlier samples, where there are several, c
 import numpy as np
 
 from .dimensions import groups
-
-PERIODIC_GROUPS = ("t",)
-"""Groups whose distance wraps around, "so the pattern can be used periodically from frame to frame" (section 6)."""
 
 
 def neighbour_offsets():
@@ -26,28 +25,26 @@ def neighbour_offsets():
     return np.array(ring[1]), np.array(ring[2])
 
 
-def smallest_distance(candidates, values, periodic):
+def smallest_distance(candidates, values):
     """Return each candidate's distance to the closest value.
 
     Parameters
     ----------
     candidates : ndarray, shape (m, d)
     values : ndarray, shape (k, d)
-    periodic : bool
-        Whether distances wrap around at the cube's sides.
 
     Returns
     -------
     ndarray, shape (m,)
-        Euclidean distances; infinite if there are no values.
+        Euclidean distances on the unit torus, so that there is no border to which values could flee; infinite if there
+        are no values.
     """
     difference = np.abs(candidates[:, None] - values)
-    if periodic:
-        difference = np.minimum(difference, 1 - difference)
+    difference = np.minimum(difference, 1 - difference)
     return np.sqrt((difference**2).sum(axis=2)).min(axis=1, initial=np.inf)
 
 
-class _Scan:
+class Scan:
     """The grid of values while it is being filled: which cells have a value, and who the neighbours of a cell are."""
 
     def __init__(self, size, samples, d):
@@ -74,6 +71,7 @@ class _Scan:
         return np.concatenate([found[0], own]), found[1]
 
     def set(self, layer, row, column, value):
+        """Give a cell its value."""
         self.values[row, column, layer] = value
         self.filled[row, column, layer] = True
 
@@ -83,7 +81,7 @@ def best(candidates, distance, keep):
     return candidates[np.argpartition(-distance, keep - 1)[:keep]]
 
 
-def scan_group(size, d, samples, rng, periodic, candidates=100, secondary=10):
+def scan_group(size, d, samples, rng, candidates=100, secondary=10):
     """Fill a tile for one group of parameters (sections 6 and 7).
 
     Parameters
@@ -95,8 +93,6 @@ def scan_group(size, d, samples, rng, periodic, candidates=100, secondary=10):
     samples : int
         Samples n of a pixel.
     rng : numpy.random.Generator
-    periodic : bool
-        Whether values wrap around, as time does.
     candidates, secondary : int
         Primary candidates drawn, and how many of them become secondary ones.
 
@@ -104,12 +100,12 @@ def scan_group(size, d, samples, rng, periodic, candidates=100, secondary=10):
     -------
     ndarray of float64, shape (size, size, samples, d), in [0, 1)
     """
-    scan = _Scan(size, samples, d)
+    scan = Scan(size, samples, d)
     for cell in scan.cells():
         near, far = scan.neighbours(*cell)
         primary = rng.random((candidates, d))
-        kept = best(primary, smallest_distance(primary, near, periodic), secondary)
-        scan.set(*cell, best(kept, smallest_distance(kept, far, periodic), 1)[0])
+        kept = best(primary, smallest_distance(primary, near), secondary)
+        scan.set(*cell, best(kept, smallest_distance(kept, far), 1)[0])
     return scan.values
 
 
@@ -119,6 +115,6 @@ def scanning(size, dims, samples, rng):
     Parameters and result are those of `generator.white.white`.
     """
     values = np.empty((size, size, samples, len(dims)))
-    for name, columns in groups(dims).items():
-        values[..., columns] = scan_group(size, len(columns), samples, rng, name in PERIODIC_GROUPS)
+    for columns in groups(dims).values():
+        values[..., columns] = scan_group(size, len(columns), samples, rng)
     return values
