@@ -18,7 +18,8 @@ BOUNCE = 16
 LIGHT = 1
 SURFACE_BSDF = 3
 
-# A tile's dimension -> (Cycles' set of three numbers, which of the three).  Light and BSDF are the first bounce's.
+# Dimension -> (Cycles' set of three numbers, which of the three).  Light and BSDF are the first hit's, with a 2 the
+# second hit's.
 DIMENSIONS = {
     "t": (LENS_TIME, 0),
     "lens.u": (LENS_TIME, 1),
@@ -28,6 +29,10 @@ DIMENSIONS = {
     "light.pick": (BOUNCE + LIGHT, 2),
     "bsdf.u": (BOUNCE + SURFACE_BSDF, 0),
     "bsdf.v": (BOUNCE + SURFACE_BSDF, 1),
+    "bsdf.pick": (BOUNCE + SURFACE_BSDF, 2),
+    "light2.u": (2 * BOUNCE + LIGHT, 0),
+    "light2.v": (2 * BOUNCE + LIGHT, 1),
+    "light2.pick": (2 * BOUNCE + LIGHT, 2),
 }
 
 _SHUFFLE_SEED_3D = 0xCAA726AC

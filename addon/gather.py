@@ -14,9 +14,10 @@ import bpy
 import numpy as np
 from cycles import engine as cycles
 
-from . import camera, film, library, plan
+from . import automatic, camera, film, library, tile_plan
 from .analysis import scene_use
 from .failure import Refused
+from .plan import Plan
 from .region import Region
 
 # Cycles' Depth where nothing was hit (kernel/film, pass accessor).
@@ -30,7 +31,7 @@ class Job:
     Attributes
     ----------
     region : Region
-    plan : plan.Plan
+    plan : Plan
     layer_name : str
         The view layer.  Its evaluated copy may be gone once Cycles has synchronised.
     camera_rows : float array, shape (4,), or None
@@ -40,7 +41,7 @@ class Job:
     """
 
     region: Region
-    plan: plan.Plan
+    plan: Plan
     layer_name: str
     depth_row: np.ndarray | None
     folder: tempfile.TemporaryDirectory
@@ -76,10 +77,14 @@ def prepare(engine, depsgraph):
             "switch the pass off, or render it with Cycles"
         )
     region = Region.of_render(scene.render)
-    tile = library.tile(settings, scene.library)
+    use = scene_use(depsgraph)
     seed = settings.seed + (scene.frame_current if scene.cycles.use_animated_seed else 0)
-    dims = tuple(name for name in scene_use(depsgraph).dims if name in tile.dims)
-    sample_plan = plan.for_tile(tile, dims, region, settings.samples, seed)
+    tile = library.tile(settings, scene.library)
+    if tile is None:
+        sample_plan = automatic.make(use, region, settings.samples, seed)
+    else:
+        dims = tuple(name for name in use.dims if name in tile.dims)
+        sample_plan = tile_plan.make(tile, dims, region, settings.samples, seed)
 
     depth_row = None
     if layer.use_pass_z:
@@ -89,7 +94,7 @@ def prepare(engine, depsgraph):
     folder = tempfile.TemporaryDirectory(prefix="spectral_tiles_", dir=bpy.app.tempdir)
     image = os.path.join(folder.name, "plan.tif")
     sample_plan.write(image)
-    _set_sampling(scene.cycles, settings.samples, seed)
+    _set_sampling(scene.cycles, settings.samples, sample_plan.seed)
     camera.replace(engine, scene, region, image)
     return Job(region, sample_plan, layer.name, depth_row, folder)
 

@@ -1,30 +1,20 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The sample plan: which film pixel each render pixel serves.
 
-Cycles' numbers at a render pixel are known before the render (`addon.cycles_random`).  A plan sends each of them to
-the film pixel whose cell of the tile wants numbers like these; the lens, which our camera can set to anything, then
-gets exactly the tile's value.
+Cycles' numbers at a render pixel are known before the render (`addon.cycles_random`), and our camera can point any
+render pixel at any film pixel.  `addon.automatic` and `addon.tile_plan` make plans; this module holds what they make.
 """
 
 import collections
-import concurrent.futures
-import itertools
 import threading
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from . import cycles_random, openimageio
-from .matching import match
-
-# Matching works in windows of about this many pixels a side: larger ones match better, smaller ones keep rays that
-# Cycles traces together close together on the film.
-WINDOW = 256
+from . import openimageio
 
 # Plans kept for the next frames and renders of this process: 4 to 12 bytes a pixel each.
-_CACHED_PLANS = 4
-_cache = collections.OrderedDict()
-_cache_lock = threading.Lock()
+_REMEMBERED = 4
 
 
 @dataclass(frozen=True)
@@ -33,6 +23,8 @@ class Plan:
 
     Attributes
     ----------
+    seed : int
+        The Cycles seed that the plan was made for.
     width : int
         Of the region, in pixels.
     film : int32 array, shape (pixels,)
@@ -40,19 +32,34 @@ class Plan:
     lens_shift : float32 array, shape (pixels, 2), or None
         What to add, modulo 1, to Cycles' lens numbers at each render pixel.
     errors : dict of str to float
-        Mean distance, per dimension, between what the tile wants and what Cycles will draw.
+        Mean distance, per dimension, between what a tile wants and what Cycles will draw.
     """
 
+    seed: int
     width: int
     film: np.ndarray
-    lens_shift: np.ndarray | None
-    errors: dict
+    lens_shift: np.ndarray | None = None
+    errors: dict = field(default_factory=dict)
+
+    def moved(self, right, up):
+        """The same plan on a film that is shifted by whole pixels, around the region's edges."""
+        height = self.film.size // self.width
+        row, column = np.divmod(self.film, np.int32(self.width))
+        film = (row + np.int32(up)) % np.int32(height) * np.int32(self.width) + (column + np.int32(right)) % self.width
+        return replace(self, film=film.astype(np.int32))
 
     def write(self, path):
-        """Write the image that `camera.osl` reads: film column and row as 16-bit integers, then the lens shift."""
+        """Write the image that `camera.osl` reads: film column and row, then the lens shift, as 16-bit integers.
+
+        Raises
+        ------
+        OSError
+            The folder is not writable, the disk is full.
+        """
         image = np.zeros((self.film.size // self.width, self.width, 4), np.uint16)
-        image[..., 0] = (self.film % self.width).reshape(image.shape[:2])
-        image[..., 1] = (self.film // self.width).reshape(image.shape[:2])
+        row, column = np.divmod(self.film, np.int32(self.width))
+        image[..., 0] = column.reshape(image.shape[:2])
+        image[..., 1] = row.reshape(image.shape[:2])
         if self.lens_shift is not None:
             # A shift by 1 may come out as 65535 / 65535; modulo 1 that is the same as none.
             image[..., 2:] = np.rint(65535.0 * self.lens_shift).reshape(*image.shape[:2], 2)
@@ -64,100 +71,29 @@ class Plan:
             raise OSError(f"Cannot write the sample plan to {path}: {output.geterror() if output else oiio.geterror()}")
 
 
-def for_tile(tile, dims, region, samples, seed):
-    """Plan that follows a tile in some of its dimensions; remembered, so asking again costs nothing.
+class Memory:
+    """The last few plans, by what they were made from.  Renders and previews may ask from several threads."""
 
-    Parameters
-    ----------
-    tile : generator.Tile
-    dims : tuple of str
-        The tile's dimensions that the scene uses.
-    region : addon.region.Region
-    samples : int
-        Samples a pixel, one Cycles render.
-    seed : int
-        Cycles' seed; also moves the tile.
+    def __init__(self):
+        self._plans = collections.OrderedDict()
+        self._lock = threading.Lock()
 
-    Returns
-    -------
-    Plan
-    """
-    key = (tile.digest, dims, region, samples, seed)
-    with _cache_lock:
-        if key in _cache:
-            _cache.move_to_end(key)
-            return _cache[key]
-    plan = _match_tile(tile, dims, region, samples, seed)
-    with _cache_lock:
-        _cache[key] = plan
-        while len(_cache) > _CACHED_PLANS:
-            _cache.popitem(last=False)
-    return plan
+    def get(self, key, make):
+        """The plan remembered under `key`, or else `make()`, which is then remembered."""
+        with self._lock:
+            if key in self._plans:
+                self._plans.move_to_end(key)
+                return self._plans[key]
+        plan = make()
+        with self._lock:
+            self._plans[key] = plan
+            while len(self._plans) > _REMEMBERED:
+                self._plans.popitem(last=False)
+        return plan
+
+    def clear(self):
+        with self._lock:
+            self._plans.clear()
 
 
-def forget_all():
-    """Drop all remembered plans."""
-    with _cache_lock:
-        _cache.clear()
-
-
-def _windows(region):
-    """The region cut into windows of nearly equal size: pairs of slices (rows, columns)."""
-
-    def cuts(length):
-        edges = np.linspace(0, length, max(1, round(length / WINDOW)) + 1).astype(int).tolist()
-        return [slice(start, end) for start, end in itertools.pairwise(edges)]
-
-    return itertools.product(cuts(region.size[1]), cuts(region.size[0]))
-
-
-def _match_tile(tile, dims, region, samples, seed):
-    lens = [name for name in dims if name.startswith("lens.")]
-    matched = [name for name in dims if name not in lens and name in cycles_random.DIMENSIONS]
-    width, height = region.size
-    film = np.empty((height, width), np.int32)
-    lens_shift = np.empty((height, width, 2), np.float32) if lens else None
-    errors = np.zeros(len(matched))
-    origin = np.random.default_rng(seed).integers(0, tile.size, 2)
-
-    def fill(window):
-        rows, columns = window
-        y, x = np.mgrid[rows, columns]
-        targets = tile.values[(y + origin[0]) % tile.size, (x + origin[1]) % tile.size, 0]
-        ranks = cycles_random.pixel_ranks(x + region.corner[0], y + region.corner[1], seed)
-        first = ranks * np.uint32(samples)
-        values = _pixel_means(first, samples, matched)
-        wanted = targets[..., [tile.dims.index(name) for name in matched]].reshape(-1, len(matched))
-        served = match(values, wanted) if matched else np.arange(y.size)
-        film[window] = (y * width + x).ravel()[served].reshape(y.shape)
-        if lens:
-            drawn = cycles_random.sequence_values(first.ravel(), lens)
-            aim = targets[..., [tile.dims.index(name) for name in lens]].reshape(-1, 2)[served]
-            lens_shift[window] = np.mod(aim - drawn, 1.0).reshape(*y.shape, 2)
-        return np.abs(values - wanted[served]).sum(axis=0)
-
-    with concurrent.futures.ThreadPoolExecutor() as threads:
-        for error in threads.map(fill, _windows(region)):
-            errors += error
-    means = errors / (width * height)
-    return Plan(
-        width,
-        film.ravel(),
-        None if lens_shift is None else lens_shift.reshape(-1, 2),
-        dict(zip(matched, means.tolist(), strict=True)),
-    )
-
-
-def _pixel_means(first, samples, dims):
-    """What a pixel's samples have in common, spread evenly over [0, 1): (pixels, len(dims)).
-
-    For one sample these are the values themselves.  Several are stratified among themselves, so they differ from the
-    other pixels' by their mean, which lies in a narrow range; its rank is what the tile's value is compared with.
-    """
-    index = first.ravel()
-    if samples == 1:
-        return cycles_random.sequence_values(index, dims)
-    total = sum(cycles_random.sequence_values(index + np.uint32(k), dims) for k in range(samples))
-    ranks = np.empty_like(total)
-    np.put_along_axis(ranks, np.argsort(total, axis=0), (np.arange(len(total))[:, None] + 0.5) / len(total), axis=0)
-    return ranks
+memory = Memory()

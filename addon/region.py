@@ -1,7 +1,10 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The rectangle of pixels that a render fills."""
 
+import itertools
 from typing import NamedTuple
+
+import numpy as np
 
 
 class Region(NamedTuple):
@@ -25,12 +28,34 @@ class Region(NamedTuple):
     def of_render(cls, render):
         """Region that Blender will render with these settings (`bpy.types.RenderSettings`).
 
-        The rounding is Blender's own: percentage in `BKE_render_resolution`, border in Cycles' `get_buffer_params`.
+        The rounding is Blender's own: the percentage in `BKE_render_resolution`, the border in single precision as in
+        Cycles' `BlenderSync::get_buffer_params`.
         """
         width = max(1, render.resolution_x * render.resolution_percentage // 100)
         height = max(1, render.resolution_y * render.resolution_percentage // 100)
         if not render.use_border:
             return cls((width, height), (0, 0), (width, height))
-        left, right = int(render.border_min_x * width), int(render.border_max_x * width)
-        bottom, top = int(render.border_min_y * height), int(render.border_max_y * height)
+        left, right = (int(np.float32(x) * np.float32(width)) for x in (render.border_min_x, render.border_max_x))
+        bottom, top = (int(np.float32(y) * np.float32(height)) for y in (render.border_min_y, render.border_max_y))
         return cls((width, height), (left, bottom), (max(1, right - left), max(1, top - bottom)))
+
+    @property
+    def pixels(self):
+        """Number of pixels in the region."""
+        return self.size[0] * self.size[1]
+
+    def windows(self, side):
+        """The region cut by the full frame's grid of squares of `side` pixels.
+
+        Returns
+        -------
+        list of (slice, slice)
+            Rows and columns of each piece, relative to the region's corner.
+        """
+
+        def cuts(start, length):
+            inner = range((start // side + 1) * side, start + length, side)
+            edges = [0, *(edge - start for edge in inner), length]
+            return [slice(*pair) for pair in itertools.pairwise(edges)]
+
+        return list(itertools.product(cuts(self.corner[1], self.size[1]), cuts(self.corner[0], self.size[0])))

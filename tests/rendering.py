@@ -150,15 +150,17 @@ def render(folder, engine, samples=1, seed=0):
 
 
 def read_exr(path):
-    """Channels of a multilayer EXR, grouped by pass."""
+    """Passes of a multilayer EXR, whose parts hold a pass each."""
     oiio = openimageio.load()
-    image = oiio.ImageBuf(str(path))
-    pixels = image.get_pixels(oiio.FLOAT)
-    groups = {}
-    for column, channel in enumerate(image.spec().channelnames):
-        groups.setdefault(channel.rpartition(".")[0], []).append(column)
-    return {name.removesuffix(".Combined") if name.startswith("Composite") else name: pixels[..., columns]
-            for name, columns in groups.items()}  # fmt: skip
+    passes = {}
+    for part in range(oiio.ImageBuf(str(path)).nsubimages):
+        image = oiio.ImageBuf(str(path), part, 0)
+        columns = {}
+        for column, channel in enumerate(image.spec().channelnames):
+            columns.setdefault(channel.rpartition(".")[0], []).append(column)
+        pixels = image.get_pixels(oiio.FLOAT)
+        passes |= {name: pixels[..., chosen] for name, chosen in columns.items()}
+    return passes
 
 
 def beauty(passes):
