@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Cycles' own samples, arranged so that the error of the picture is blue in what the scene uses, and no worse elsewhere.
+"""Cycles' own samples, arranged: a bluer error in what the scene uses, no worse a one in anything else.
 
 Cycles' blue noise gives every aligned block of 2^k x 2^k pixels one block of 4^k consecutive points of its sequence,
 four sub-blocks in random order, and so on down to single pixels.  Each such block of points is well stratified in every

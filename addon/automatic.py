@@ -101,7 +101,9 @@ def _arrange(chosen, region, samples, seed):
 
 def _whole_blocks(window, corner):
     """The part of a window (rows, columns) that is made of whole 4 x 4 blocks of the full frame's grid."""
-    return tuple(
-        slice(part.start + -(part.start + start) % 4, part.stop - (part.stop + start) % 4)
-        for part, start in zip(window, reversed(corner), strict=True)
-    )
+
+    def whole(part, start):
+        first = part.start + -(part.start + start) % 4
+        return slice(first, max(first, part.stop - (part.stop + start) % 4))
+
+    return whole(window[0], corner[1]), whole(window[1], corner[0])

@@ -61,10 +61,7 @@ def _film_plane(engine, camera, width, height, pixel_aspect):
     aspect = x_ratio / y_ratio if horizontal else y_ratio / x_ratio
     half_x, half_y = (aspect, 1.0) if horizontal else (1.0, aspect)
     shift_x, shift_y = engine.camera_shift_x(camera), data.shift_y
-    if data.type == "ORTHO":
-        scale = data.ortho_scale / (2.0 * aspect)
-    else:
-        scale = 0.5 * sensor / data.lens / aspect
+    scale = data.ortho_scale / (2.0 * aspect) if data.type == "ORTHO" else 0.5 * sensor / data.lens / aspect
     middle_x, middle_y = 2.0 * aspect * shift_x, 2.0 * aspect * shift_y
     corner = (scale * (middle_x - half_x), scale * (middle_y - half_y), 0.0)
     return corner, (2.0 * scale * half_x, 2.0 * scale * half_y, 0.0)

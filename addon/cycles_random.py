@@ -194,7 +194,7 @@ def sequence_values(index, dims):
     if unknown:
         raise ValueError(f"Cycles draws no number for {', '.join(unknown)}; it has {', '.join(DIMENSIONS)}")
     reversed_index = _reverse_bits(np.asarray(index, np.uint32))
-    values = np.empty(reversed_index.shape + (len(dims),), np.float32)
+    values = np.empty((*reversed_index.shape, len(dims)), np.float32)
     shuffled = {}
     for column, name in enumerate(dims):
         dimension_set, axis = DIMENSIONS[name]

@@ -17,6 +17,7 @@ def report(engine, message):
     Blender ends with code 0 after `blender -b scene.blend -f 1` whatever the engine reports, which a farm would take
     for success.  Inside Python (the `bpy` module, scripts) the operator raises `RuntimeError` as for any engine.
     """
+    engine.report({"ERROR"}, message)
     engine.error_set(message)
     if bpy.app.background and not bpy.app.module:
         atexit.unregister(_fail)

@@ -40,7 +40,7 @@ def _assign_cells(points, side):
 
     Start: columns by the first coordinate, rows by the second. Then annealing: random pairs of cells a few cells apart
     exchange their points if that shortens the squared moves, or lengthens them by little while the temperature lasts.
-    The moves end at about a third of what they were and at 1.25 of the shortest possible (against the exact assignment).
+    The moves end at about a third of what they were, 1.25 of the shortest possible (against the exact assignment).
     """
     cells = np.argsort(points[:, 0], kind="stable").reshape(side, side)
     cells = np.take_along_axis(cells, np.argsort(points[cells, 1], axis=1, kind="stable"), axis=1)
@@ -50,7 +50,7 @@ def _assign_cells(points, side):
         right, up = rng.integers(0, _REACH + 1), rng.integers(-_REACH, _REACH + 1)
         if right == up == 0:
             continue
-        # Blocks of `right` columns (or `up` rows) are alternately first and second of their pairs, so pairs are disjoint.
+        # Blocks of `right` columns (or `up` rows) are in turn first and second of their pairs, so pairs are disjoint.
         block = column // right if right else row // abs(up)
         first = (block + rng.integers(2)) % 2 == 0
         first &= (column + right < side) & (row + up >= 0) & (row + up < side)

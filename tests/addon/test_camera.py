@@ -8,6 +8,7 @@ and every pass must still equal native Cycles'.
 import bpy
 import numpy as np
 import pytest
+
 from tests import rendering
 
 # Positions in the probe scene are a few units; a ray may hit the next triangle's edge by rounding.
@@ -61,7 +62,9 @@ def test_projection(tmp_path, camera):
     assert_same(tmp_path)
 
 
-@pytest.mark.parametrize(("width", "height", "percentage"), [(61, 43, 100), (40, 90, 100), (1, 1, 100), (101, 67, 50), (7, 300, 33)])
+@pytest.mark.parametrize(
+    ("width", "height", "percentage"), [(61, 43, 100), (40, 90, 100), (1, 1, 100), (101, 67, 50), (7, 300, 33)]
+)
 def test_size(tmp_path, width, height, percentage):
     scene = build_scene(width, height)
     scene.render.resolution_percentage = percentage

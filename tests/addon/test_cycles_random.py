@@ -7,9 +7,9 @@ When a Blender release changes Cycles' sampler, these tests fail, and `addon/cyc
 import bpy
 import numpy as np
 import pytest
-from tests import rendering
 
 from addon import cycles_random
+from tests import rendering
 
 SIZE = 48
 SEED = 7

@@ -1,0 +1,139 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""A render leaves the user's file as it was, and says in one line why it cannot be done."""
+
+import os
+
+import bpy
+import numpy as np
+import pytest
+
+import generator
+from tests import rendering
+
+
+def build_scene():
+    scene = rendering.empty_scene(16, 16)
+    camera = rendering.add_camera((0, -5, 5), (np.radians(45), 0, 0))
+    camera.data.dof.use_dof = True
+    camera.data.shift_x = 0.1
+    rendering.add_plane(8, rendering.diffuse())
+    rendering.add_light("AREA", 300, (1, -1, 4), size=2)
+    bpy.context.view_layer.use_pass_z = True
+    scene.render.engine = "SPECTRAL_TILES"
+    return scene
+
+
+def simple_properties(data, depth=2):
+    """Values of all properties of a data-block, and of those inside it, as a dict."""
+    found = {}
+    for prop in data.bl_rna.properties:
+        if prop.identifier in {"rna_type", "is_evaluated", "animation_data", "original", "depsgraph"}:
+            continue
+        value = getattr(data, prop.identifier)
+        if prop.type in {"BOOLEAN", "INT", "FLOAT", "STRING", "ENUM"}:
+            found[prop.identifier] = tuple(value) if getattr(prop, "is_array", False) else value
+        elif prop.type == "POINTER" and depth and value is not None and not isinstance(value, bpy.types.ID):
+            found |= {f"{prop.identifier}.{k}": v for k, v in simple_properties(value, depth - 1).items()}
+    return found
+
+
+def snapshot():
+    bpy.context.view_layer.update()
+    scene = bpy.context.scene
+    parts = {"scene": scene, "camera": scene.camera, "layer": bpy.context.view_layer, "world": scene.world}
+    if scene.camera:
+        parts["camera data"] = scene.camera.data
+    values = {name: simple_properties(part) for name, part in parts.items() if part}
+    if scene.camera and scene.camera.type == "CAMERA":
+        values["custom"] = dict(scene.camera.data.cycles_custom.items())
+    return repr(values)
+
+
+def render_expecting(message):
+    before, files = snapshot(), set(os.listdir(bpy.app.tempdir))
+    with pytest.raises(RuntimeError, match=message):
+        bpy.ops.render.render()
+    assert snapshot() == before
+    assert set(os.listdir(bpy.app.tempdir)) == files
+
+
+def test_a_render_changes_nothing():
+    build_scene()
+    before, files = snapshot(), set(os.listdir(bpy.app.tempdir))
+    bpy.ops.render.render()
+    assert snapshot() == before
+    assert set(os.listdir(bpy.app.tempdir)) == files
+
+
+def test_no_camera():
+    scene = build_scene()
+    bpy.data.objects.remove(scene.camera)
+    render_expecting("camera")
+
+
+def test_panoramic_camera():
+    build_scene().camera.data.type = "PANO"
+    render_expecting("panoramic")
+
+
+def test_lamp_as_camera():
+    scene = build_scene()
+    scene.camera = next(made for made in scene.objects if made.type == "LIGHT")
+    render_expecting("not a camera")
+
+
+def test_vector_pass():
+    build_scene()
+    bpy.context.view_layer.use_pass_vector = True
+    render_expecting("Vector pass")
+
+
+def test_subrender_is_not_there_yet():
+    build_scene().spectral_tiles.driver = "SUBRENDER"
+    render_expecting("not available yet")
+
+
+@pytest.mark.parametrize("content", [None, b"", b"no tile at all"], ids=["missing", "empty", "garbage"])
+def test_broken_tile(tmp_path, content):
+    scene = build_scene()
+    path = tmp_path / "tile.npz"
+    if content is not None:
+        path.write_bytes(content)
+    scene.spectral_tiles.tile = "FILE"
+    scene.spectral_tiles.tile_path = str(path)
+    render_expecting("Cannot use the tile")
+
+
+def test_no_tile_file_set():
+    build_scene().spectral_tiles.tile = "FILE"
+    render_expecting("No tile file is set")
+
+
+def test_a_tile_of_the_users(tmp_path):
+    """A tile file drives a render whose expectation is native's."""
+    dims = ("t", "lens.u", "lens.v", "light.u", "light.v")
+    values = np.random.default_rng(5).random((16, 16, 1, 5), dtype=np.float32)
+    path = tmp_path / "tile.npz"
+    generator.save_tile(generator.Tile(dims, values, {"method": "white", "seed": 5}), path)
+    scene = build_scene()
+    scene.camera.data.dof.aperture_fstop = 0.05
+    scene.camera.data.dof.focus_distance = 4.0
+    scene.spectral_tiles.tile, scene.spectral_tiles.tile_path = "FILE", str(path)
+    seeds = range(40)
+    ours, native = (rendering.stack(tmp_path, engine, seeds) for engine in reversed(rendering.ENGINES))
+    rendering.assert_same_expectation(ours, native)
+
+
+def test_registers_again_and_again(extension):
+    for _ in range(20):
+        extension.unregister()
+        extension.register()
+    assert bpy.context.scene.spectral_tiles.samples == 1
+
+
+def test_cycles_panels_show(extension):
+    panels = ("CYCLES_RENDER_PT_light_paths", "CYCLES_MATERIAL_PT_surface", "CYCLES_WORLD_PT_surface",
+              "CYCLES_LIGHT_PT_light", "CYCLES_CAMERA_PT_dof", "RENDER_PT_format")  # fmt: skip
+    for name in panels:
+        assert "SPECTRAL_TILES" in getattr(bpy.types, name).COMPAT_ENGINES
+    assert "SPECTRAL_TILES" not in bpy.types.CYCLES_RENDER_PT_sampling_render.COMPAT_ENGINES

@@ -1,0 +1,107 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Plans are permutations, keep Cycles' blocks together, and lower the visible error."""
+
+import numpy as np
+import pytest
+
+from addon import automatic, cycles_random, plan, tile_plan
+from addon.analysis import SceneUse
+from addon.matching import match
+from addon.region import Region
+from generator import Tile
+
+MOTION = SceneUse(motion_blur=True, lens=False, lights=1, bounces=False)
+ROOM = SceneUse(motion_blur=False, lens=False, lights=3, bounces=True)
+
+
+def region(width, height, corner=(0, 0)):
+    return Region((width + corner[0], height + corner[1]), corner, (width, height))
+
+
+def visible_error(values, film, shape, sigma=1.0):
+    """Mean square of a step function's error after a Gaussian of `sigma` pixels, over many thresholds."""
+    frequencies = np.fft.fftfreq(shape[0])[:, None] ** 2 + np.fft.fftfreq(shape[1]) ** 2
+    low_pass = np.exp(-2 * np.pi**2 * sigma**2 * frequencies)
+    total = 0.0
+    for threshold in np.linspace(0.1, 0.9, 9):
+        image = np.empty(shape)
+        image.ravel()[film] = (values > threshold) - (values > threshold).mean()
+        total += np.mean(np.abs(np.fft.fft2(image) * low_pass) ** 2)
+    return total
+
+
+@pytest.mark.parametrize("size", [(1, 1), (7, 3), (64, 64), (101, 259), (300, 260)])
+@pytest.mark.parametrize("samples", [1, 4])
+def test_every_film_pixel_is_served_once(size, samples):
+    made = automatic.make(ROOM, region(*size, corner=(5, 2)), samples, seed=3)
+    assert np.array_equal(np.sort(made.film), np.arange(size[0] * size[1]))
+
+
+def test_blocks_of_the_sequence_stay_together():
+    """Each aligned 2 x 2, 4 x 4, ... block of the film shows one block of consecutive points."""
+    side = 64
+    made = automatic.make(MOTION, region(side, side), 1, seed=1)
+    y, x = np.mgrid[0:side, 0:side]
+    on_film = np.empty(side * side, np.uint32)
+    on_film[made.film] = cycles_random.pixel_ranks(x, y, made.seed).ravel()
+    for level in (1, 2, 3):
+        block = 2**level
+        ranks = on_film.reshape(side // block, block, side // block, block).transpose(0, 2, 1, 3).reshape(-1, block**2)
+        assert (np.ptp(ranks >> np.uint32(2 * level), axis=1) == 0).all()
+    # Points 2k and 2k + 1 share an edge.
+    quads = on_film.reshape(32, 2, 32, 2).transpose(0, 2, 1, 3).reshape(-1, 4)
+    assert (quads[:, 0] ^ quads[:, 3] != 1).all()
+
+
+@pytest.mark.parametrize(
+    ("use", "name", "at_most"),
+    [(MOTION, "t", 0.70), (MOTION, "light.u", 0.85), (ROOM, "light.pick", 0.97), (ROOM, "light2.u", 1.0)],
+)
+def test_less_visible_error_than_cycles_order(use, name, at_most):
+    """Used dimensions gain, and no dimension loses."""
+    side = 256
+    made = automatic.make(use, region(side, side), 1, seed=2)
+    y, x = np.mgrid[0:side, 0:side]
+    values = cycles_random.sequence_values(cycles_random.pixel_ranks(x, y, made.seed).ravel(), (name,))[:, 0]
+    ours = visible_error(values, made.film, (side, side))
+    assert ours <= at_most * visible_error(values, np.arange(side * side), (side, side))
+
+
+def test_large_regions_reuse_one_plan():
+    plan.memory.clear()
+    large = region(512, 300)
+    first, second = automatic.make(MOTION, large, 1, seed=1), automatic.make(MOTION, large, 1, seed=2)
+    assert first.seed == second.seed
+    assert not np.array_equal(first.film, second.film)
+    assert np.array_equal(np.sort(second.film), np.arange(512 * 300))
+
+
+def test_match_is_a_close_permutation():
+    rng = np.random.default_rng(0)
+    points, targets = rng.random((2, 5000, 2), dtype=np.float32)
+    pairs = match(points, targets)
+    assert np.array_equal(np.sort(pairs), np.arange(5000))
+    # 5000 points in the unit square are 0.014 apart.
+    assert np.abs(points - targets[pairs]).mean() < 0.02
+
+
+def test_tile_plan_follows_the_tile():
+    values = np.random.default_rng(1).random((32, 32, 1, 3), dtype=np.float32)
+    tile = Tile(("t", "lens.u", "lens.v"), values, {"method": "white", "seed": 1})
+    made = tile_plan.make(tile, tile.dims, region(128, 128), 1, seed=4)
+    assert np.array_equal(np.sort(made.film), np.arange(128 * 128))
+    assert made.errors["t"] < 0.01
+    y, x = np.mgrid[0:128, 0:128]
+    lens = cycles_random.sequence_values(cycles_random.pixel_ranks(x, y, 4).ravel(), ("lens.u", "lens.v"))
+    reached = np.mod(lens + made.lens_shift, 1.0)
+    wanted = np.sort(values[..., 0, 1].ravel())
+    nearest = np.abs(reached[:, :1] - wanted[np.searchsorted(wanted, reached[:, 0]).clip(0, 1023)][:, None])
+    assert np.median(nearest) < 1e-6
+
+
+def test_windows_cover_the_region_once():
+    cut = Region((1000, 700), (130, 250), (700, 300))
+    seen = np.zeros((300, 700), int)
+    for window in cut.windows(256):
+        seen[window] += 1
+    assert (seen == 1).all()

@@ -1,0 +1,50 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The extension's archive builds, installs into a fresh Blender profile and renders."""
+
+import os
+import subprocess
+import sys
+import zipfile
+
+import pytest
+
+pytest.importorskip("bpy")
+
+from bench.archive import build
+
+INSTALL_AND_RENDER = """
+import sys
+import bpy
+
+archive, picture = sys.argv[1:]
+bpy.ops.extensions.package_install_files(filepath=archive, repo="user_default", enable_on_install=True)
+scene = bpy.context.scene
+scene.render.engine = "SPECTRAL_TILES"
+scene.render.resolution_x = scene.render.resolution_y = 32
+scene.spectral_tiles.samples = 2
+scene.render.filepath = picture
+bpy.ops.render.render(write_still=True)
+"""
+
+
+@pytest.fixture(scope="module")
+def archive(tmp_path_factory):
+    return build(tmp_path_factory.mktemp("dist"))
+
+
+def test_archive_holds_only_what_runs(archive):
+    names = zipfile.ZipFile(archive).namelist()
+    tops = {name.split("/")[0] for name in names}
+    assert tops == {"__init__.py", "blender_manifest.toml", "LICENSE", "README.md", "addon", "generator"}
+    assert archive.stat().st_size < 10e6
+
+
+def test_installed_archive_renders(archive, tmp_path):
+    script, picture = tmp_path / "script.py", tmp_path / "picture.png"
+    script.write_text(INSTALL_AND_RENDER)
+    environment = os.environ | {"BLENDER_USER_RESOURCES": str(tmp_path / "profile")}
+    result = subprocess.run(
+        [sys.executable, script, archive, picture], env=environment, cwd=tmp_path, capture_output=True, text=True
+    )
+    assert picture.exists(), result.stdout + result.stderr
+    assert picture.stat().st_size > 500
