@@ -55,12 +55,12 @@ def scene_file(name: str) -> SceneFile:
     committed = builder.with_suffix(".blend")
     if committed.is_file():
         return SceneFile(name, committed, _digest(committed.read_bytes()))
-    return _built(name, builder)
+    return _built(name)
 
 
-def _built(name: str, builder: Path) -> SceneFile:
+def _built(name: str) -> SceneFile:
     """Return the scene a builder module makes, writing its file if it is not in the cache."""
-    key = _digest(_code(builder), _code(Path(find_spec("demo_blend.primitives").origin)))
+    key = _digest(*_code(BUILDERS[name]))
     path = CACHE / "scenes" / f"{name}-{key}.blend"
     if not path.is_file():
         path.parent.mkdir(parents=True, exist_ok=True)
@@ -74,9 +74,12 @@ def _built(name: str, builder: Path) -> SceneFile:
     return SceneFile(name, path, key)
 
 
-def _code(module: Path) -> bytes:
-    """Return what a module does: its syntax tree, which neither comments nor layout change."""
-    return ast.dump(ast.parse(module.read_text(encoding="utf-8"))).encode()
+def _code(module: str) -> list[bytes]:
+    """Return what a builder and the scene modules it imports do: syntax trees, which no comment or layout changes."""
+    tree = ast.parse(Path(find_spec(module).origin).read_text(encoding="utf-8"))
+    imported = (node.module for node in tree.body if isinstance(node, ast.ImportFrom))
+    own = [name for name in imported if name.startswith(("bench.scenes.", "demo_blend."))]
+    return [ast.dump(tree).encode(), *(code for name in own for code in _code(name))]
 
 
 def _digest(*parts: bytes) -> str:

@@ -18,6 +18,7 @@ KINDS = {
     "bokeh": (False, True, 1),
     "neon": (True, False, 0),
     "still_life": (False, False, 3),
+    "hazy_room": (False, True, 4),
     "heavy": (True, False, 1),
 }
 
