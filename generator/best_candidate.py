@@ -1,9 +1,9 @@
 """Sequential best-candidate sampling: the farthest of m n random candidates joins the pattern.
 
-Mitchell 1991, section 4. The candidates grow with the pattern, so its statistics stay the same while its density
-rises, and every prefix is a good pattern. The section's remarks are the options here: wrap-around, more dimensions,
-the surface of a sphere, and other shapes than the disk: "a Poisson-diamond pattern might be better", since the eye
-sees less of diagonal patterns.
+Mitchell 1991, section 4. The candidates, m n of them, grow with the pattern, so its statistics stay the same while its
+density rises, and every prefix is a good pattern. The section's remarks are the options here: wrap-around, more
+dimensions, the surface of a sphere, and other shapes than the disk: "a Poisson-diamond pattern might be better", since
+the eye sees less of diagonal patterns.
 """
 
 import numpy as np

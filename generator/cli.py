@@ -10,7 +10,7 @@ from .progress import ProgressBar
 from .step_test import SIGMAS, step_test
 from .test_functions import KINDS
 from .tile import GENERATOR_VERSION
-from .tile_file import load_tile, save_tile
+from .tile_file import check_path, load_tile, save_tile
 
 EXIT_BAD_INPUT = 2
 EXIT_INTERRUPTED = 130
@@ -34,6 +34,10 @@ def _parser():
     make.add_argument("--method", choices=METHODS, default="spectral", help="default %(default)s")
     make.add_argument("--samples", type=int, default=1, help="samples of a pixel (default %(default)s)")
     make.add_argument("--seed", type=int, default=0, help="default %(default)s")
+    make.add_argument("--frames", type=int, help="frames of a looped animation (spectral only)")
+    make.add_argument("--steps", type=int, help="steps of the spectral optimiser")
+    make.add_argument("--weights", type=_pairs(str), help="of subsets, such as t=2,t+light=0.5 (spectral only)")
+    make.add_argument("--scales", type=_pairs(float), help="sigma=weight of the low-pass filters (spectral only)")
     make.add_argument("--out", required=True, help="file to write, .npz or .exr")
     make.set_defaults(run=_make)
 
@@ -50,9 +54,25 @@ def _parser():
     return parser
 
 
+def _pairs(key):
+    """Return a parser of ``key=number,key=number`` into a dict."""
+
+    def parse(text):
+        try:
+            return {key(name): float(number) for name, number in (part.split("=") for part in text.split(","))}
+        except ValueError:
+            raise argparse.ArgumentTypeError(f"expected key=number,key=number, got {text!r}") from None
+
+    return parse
+
+
 def _make(options, progress):
+    given = {name: getattr(options, name) for name in ("frames", "steps", "weights", "scales")}
+    parameters = {name: value for name, value in given.items() if value is not None}
     dims = options.dims.split(",")
-    save_tile(make_tile(options.method, options.size, dims, options.seed, options.samples, progress), options.out)
+    check_path(options.out)
+    tile = make_tile(options.method, options.size, dims, options.seed, options.samples, progress, **parameters)
+    save_tile(tile, options.out)
 
 
 def _info(options, progress):

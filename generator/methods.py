@@ -42,7 +42,7 @@ def make_tile(method, size, dims, seed, samples=1, progress=None, **parameters):
     progress : callable, optional
         Called as ``progress(done, total)`` by methods that take long.
     **parameters
-        Further arguments of the method.
+        Further arguments of the method; only `spectral` has some.
 
     Returns
     -------
@@ -59,7 +59,11 @@ def make_tile(method, size, dims, seed, samples=1, progress=None, **parameters):
     size = check_size("size", size)
     samples = check_size("samples", samples)
     rng = np.random.default_rng(check_size("seed", seed, minimum=0))
-    reporting = {"progress": progress} if method == "spectral" else {}
-    values = METHODS[method](size, dims, samples, rng, **parameters, **reporting)
-    parameters = {"size": size, "samples": samples, **parameters}
-    return Tile(dims, as_unit_float32(values), {"method": method, "parameters": parameters, "seed": seed})
+    if method == "spectral":
+        values = spectral(size, dims, samples, rng, **parameters, progress=progress)
+    elif parameters:
+        raise ValueError(f"{next(iter(parameters))}: expected only with the method spectral, got it with {method}")
+    else:
+        values = METHODS[method](size, dims, samples, rng)
+    metadata = {"method": method, "parameters": {"size": size, "samples": samples, **parameters}, "seed": seed}
+    return Tile(dims, as_unit_float32(values), metadata)

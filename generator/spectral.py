@@ -6,6 +6,9 @@ exp(i w.s) the error image is z(p) = exp(i w.s_p) - E z, and what the filter R l
 frequencies of R^2 |DFT z|^2. Its derivative with respect to the values s_p is exact and costs two FFTs a wave. Every
 step draws new waves (see `generator.plane_waves`) for each marginal subset and moves the values with Adam (Kingma and
 Ba 2015), so what falls is the expectation over all integrands, not the error of some chosen ones.
+
+The gradient is taken where the values will end up, at the nearest exactly stratified ones, and applied to the free
+values (a straight-through estimator, Bengio et al. 2013), which are pulled along a little.
 """
 
 from concurrent.futures import ThreadPoolExecutor
@@ -15,50 +18,86 @@ import numpy as np
 
 from .dimensions import groups, marginal_subsets
 from .equal_strata import stratify_line, stratify_square
+from .layer_views import coupling, frame_views, prefix_views
 from .low_pass import gaussian_response
+from .owen_nets import OwenNets
 from .plane_waves import draw_waves
+from .tile import check_size
 
-SCALES = {1.0: 1.0, 2.0: 0.3, 4.0: 0.1}
-"""Standard deviation of a low-pass filter in pixels to its weight, relative to white noise through the same filter."""
+SCALES = {0.0: 0.1, 1.0: 1.0, 2.0: 0.5, 4.0: 0.3}
+"""Standard deviation of a low-pass filter in pixels to its weight, relative to white noise through the same filter.
+At 0, the error inside single pixels, only means over several layers count."""
 
+STEPS = 2500
 WAVES_PER_STEP = 64
-STEP_SIZES = (0.03, 0.001)
+STEP_SIZES = (0.05, 0.001)
 """First and last step size, in units of the cube's side; geometric in between."""
 
-_MOMENTUM, _SCALING = 0.9, 0.99
+_MOMENTUM, _SCALING = 0.9, 0.99  # Adam's two decay rates
+_PULL = 0.1  # share of the way to the stratified values that the free ones go in a step
 _THREADS = 2
 
 
-def _passband(size):
-    """Return the weight of each image frequency: a mixture of squared Gaussian responses, one per scale."""
-    squares = {sigma: gaussian_response(size, sigma) ** 2 for sigma in SCALES}
-    return sum(SCALES[sigma] * square / square.mean() for sigma, square in squares.items()).astype(np.float32)
+def passbands(size, views, scales):
+    """Return the energy's terms: pairs of a coupling of layers and a weight of image frequencies.
+
+    Parameters
+    ----------
+    size : int
+        Side T of the tile in pixels.
+    views : ndarray, shape (views, n)
+        See `generator.layer_views`.
+    scales : dict of float to float
+        See `SCALES`.
+
+    Returns
+    -------
+    list of (ndarray of float32 (n, n), ndarray of float32 (T, T))
+    """
+    squares = {sigma: gaussian_response(size, sigma) ** 2 for sigma in scales}
+    blurred = sum(scales[sigma] * squares[sigma] / squares[sigma].mean() for sigma in scales if sigma)
+    terms = [(coupling(views), blurred)]
+    means = views[np.count_nonzero(views, axis=1) > 1]
+    if scales.get(0.0) and len(means):
+        terms.append((coupling(means), scales[0.0] * squares[0.0]))
+    return [(layers.astype(np.float32), band.astype(np.float32)) for layers, band in terms]
 
 
-def filtered_gradient(points, waves, passband):
+def filtered_gradient(points, waves, terms):
     """Return the gradient of the waves' filtered power with respect to the points.
 
     Parameters
     ----------
-    points : ndarray of float32, shape (T*T, D)
+    points : ndarray of float32, shape (n, T*T, D)
     waves : PlaneWaves
-    passband : ndarray of float32, shape (T, T)
-        Weight of each image frequency.
+    terms : list of (ndarray, ndarray)
+        As returned by `passbands`.
 
     Returns
     -------
-    ndarray of float32, shape (T*T, d)
-        For the waves' columns, up to a factor that is common to all points.
+    ndarray of float32, shape (n, T*T, d)
+        For the waves' columns, up to a factor that is common to all points and columns.
     """
-    phase = waves.frequencies @ points[:, waves.columns].T
+    layers, count, _ = points.shape
+    size = terms[0][1].shape[0]
+    phase = np.einsum("wd,npd->wnp", waves.frequencies, points[..., list(waves.columns)])
     wave = np.empty(phase.shape, np.complex64)
     np.cos(phase, out=wave.real)
     np.sin(phase, out=wave.imag)
-    images = wave.reshape(-1, *passband.shape) - waves.mean[:, None, None]
-    filtered = np.fft.ifft2(np.fft.fft2(images) * passband).reshape(wave.shape)
+    errors = np.fft.fft2((wave - waves.mean[:, None, None]).reshape(-1, layers, size, size))
+    spectra = sum(_couple(matrix, errors) * band for matrix, band in terms)
+    filtered = np.fft.ifft2(spectra).reshape(-1, layers, count)
     # d/dphase of conj(e) R^2 e is twice the real part of conj(i z) times the filtered image.
     slope = wave.real * filtered.imag - wave.imag * filtered.real
-    return slope.T @ waves.frequencies / waves.variance
+    return np.einsum("wnp,wd->npd", slope, waves.frequencies * waves.weight[:, None])
+
+
+def _couple(matrix, images):
+    """Apply a coupling of layers, shape (n, n), to images of shape (m, n, T, T)."""
+    if len(matrix) == 1:
+        return matrix[0, 0] * images
+    flat = images.reshape(*images.shape[:2], -1)
+    return (matrix @ flat).reshape(images.shape)
 
 
 def _reflect(points):
@@ -68,18 +107,82 @@ def _reflect(points):
     np.clip(points, 0, 1, out=points)
 
 
-def _stratify(points, dims):
-    """Return the points with every dimension and every pair exactly stratified."""
-    result = np.empty(points.shape)
+def _stratify_axes(points):
+    """Return points, shape (n, T*T, D), with each axis of each layer exactly stratified."""
+    return np.stack([np.stack([stratify_line(axis) for axis in layer.T], axis=1) for layer in points])
+
+
+def _stratify_pairs(points, dims):
+    """Return points, shape (n, T*T, D), with each axis and each pair of each layer exactly stratified."""
+    result = _stratify_axes(points)
     for columns in groups(dims).values():
-        if len(columns) == 1:
-            result[:, columns[0]] = stratify_line(points[:, columns[0]])
-        else:
-            result[:, columns] = stratify_square(points[:, columns])
+        if len(columns) == 2:
+            for layer, values in enumerate(points):
+                result[layer][:, columns] = stratify_square(values[:, columns])
     return result
 
 
-def spectral(size, dims, samples, rng, steps=2500, progress=None):
+def _subset_weights(dims, weights):
+    """Return pairs of columns and weight for the marginal subsets that count."""
+    subsets = marginal_subsets(dims)
+    for label, weight in (weights or {}).items():
+        if label not in subsets:
+            raise ValueError(f"weights: expected subsets out of {', '.join(subsets)}, got {label!r}")
+        if not 0 <= weight < np.inf:
+            raise ValueError(f"weights: expected a number that is not negative for {label}, got {weight!r}")
+    weighted = [(columns, float((weights or {}).get(label, 1))) for label, columns in subsets.items()]
+    if not any(weight for _, weight in weighted):
+        raise ValueError("weights: expected a positive one, got only zeros")
+    return [(columns, weight) for columns, weight in weighted if weight]
+
+
+def _check_scales(scales):
+    for sigma, weight in scales.items():
+        if not (0 <= sigma < np.inf and 0 <= weight < np.inf):
+            raise ValueError(f"scales: expected sigma and weight not negative, got {sigma!r}: {weight!r}")
+    if not any(sigma and weight for sigma, weight in scales.items()):
+        raise ValueError("scales: expected a positive sigma with a positive weight, got none")
+
+
+def _descend(free, nearest, terms, subsets, resolution, rng, steps):
+    """Move free points in place by Adam, yielding the number of steps done.
+
+    Parameters
+    ----------
+    free : ndarray of float32, shape (n, T*T, D)
+    nearest : callable
+        Returns the stratified points nearest to free ones.
+    terms : list
+        See `passbands`.
+    subsets : list of (tuple of int, float)
+        Columns and weight of each marginal subset.
+    resolution : int
+        How many samples the largest view averages over; see `generator.plane_waves.draw_waves`.
+    rng : numpy.random.Generator
+    steps : int
+    """
+    per_subset = max(2, WAVES_PER_STEP // len(subsets))
+    mean = np.zeros_like(free)
+    square = np.zeros_like(free)
+    first, last = STEP_SIZES
+    with ThreadPoolExecutor(_THREADS) as threads:
+        for step in range(steps):
+            points = nearest(free).astype(np.float32)
+            free += _PULL * (points - free)
+            waves = [draw_waves(columns, per_subset, rng, resolution) for columns, _ in subsets]
+            gradient = np.zeros_like(free)
+            parts = threads.map(filtered_gradient, repeat(points), waves, repeat(terms))
+            for (columns, weight), part in zip(subsets, parts, strict=True):
+                gradient[..., columns] += weight * part
+            mean += (1 - _MOMENTUM) * (gradient - mean)
+            square += (1 - _SCALING) * (gradient**2 - square)
+            step_size = first * (last / first) ** (step / steps) / (1 - _MOMENTUM ** (step + 1))
+            free -= step_size * mean / (np.sqrt(square / (1 - _SCALING ** (step + 1))) + 1e-12)
+            _reflect(free)
+            yield step + 1
+
+
+def spectral(size, dims, samples, rng, frames=1, weights=None, scales=None, steps=STEPS, progress=None):
     """Return values whose errors are high-frequency noise, jointly and in every marginal subset.
 
     Parameters
@@ -88,8 +191,15 @@ def spectral(size, dims, samples, rng, steps=2500, progress=None):
         Side T of the tile in pixels.
     dims : tuple of str
     samples : int
-        Samples n of a pixel; each is optimised alone.
+        Samples n of a pixel, a power of two: layers of which every prefix of a power of two is good, inside the pixel
+        (see `generator.owen_nets`) and over the image.
     rng : numpy.random.Generator
+    frames : int
+        Layers of a looped animation instead: each is good alone, and so is the mean over consecutive ones.
+    weights : dict of str to float, optional
+        Weight of each marginal subset, by its label in `generator.dimensions.marginal_subsets`; 1 where none is given.
+    scales : dict of float to float, optional
+        Instead of `SCALES`.
     steps : int
         Steps of gradient descent.
     progress : callable, optional
@@ -97,36 +207,38 @@ def spectral(size, dims, samples, rng, steps=2500, progress=None):
 
     Returns
     -------
-    ndarray of float64, shape (size, size, samples, len(dims)), in [0, 1)
+    ndarray of float64, shape (size, size, n, len(dims)), in [0, 1)
+        n is `samples` or `frames`. Every axis is exactly stratified, T*T*n strata for samples, T*T in every frame. In
+        single layers and frames a pair also has one point in each cell of a T x T grid; with several samples it is a
+        (0, m, 2)-net in every pixel.
+
+    Raises
+    ------
+    ValueError
+        If an argument is not as described.
     """
-    layers = []
-    for layer in range(samples):
-        points = rng.random((size * size, len(dims)), dtype=np.float32)
-        for done in _descend(points, size, dims, rng, steps):
-            if progress:
-                progress(layer * steps + done, samples * steps)
-        layers.append(_stratify(points, dims).reshape(size, size, len(dims)))
-    return np.stack(layers, axis=2)
+    frames, steps = check_size("frames", frames), check_size("steps", steps)
+    if frames > 1 and samples > 1:
+        raise ValueError(f"frames: expected 1 with {samples} samples a pixel, got {frames}")
+    scales = SCALES if scales is None else scales
+    _check_scales(scales)
+    subsets = _subset_weights(dims, weights)
+    layers = samples * frames
+    pixels = size * size
+    free = rng.random((layers, pixels, len(dims)), dtype=np.float32)
+    if samples > 1:
+        nets = OwenNets(pixels, samples, dims, rng)
 
+        def nearest(points):
+            return nets.nearest(points.transpose(1, 0, 2)).transpose(1, 0, 2)
 
-def _descend(points, size, dims, rng, steps):
-    """Move the points in place by Adam, yielding the number of steps done."""
-    subsets = list(marginal_subsets(dims).values())
-    per_subset = max(2, WAVES_PER_STEP // len(subsets))
-    passband = _passband(size)
-    mean = np.zeros_like(points)
-    square = np.zeros_like(points)
-    first, last = STEP_SIZES
-    with ThreadPoolExecutor(_THREADS) as threads:
-        for step in range(steps):
-            waves = [draw_waves(columns, per_subset, rng) for columns in subsets]
-            gradient = np.zeros_like(points)
-            parts = threads.map(filtered_gradient, repeat(points), waves, repeat(passband))
-            for wave, part in zip(waves, parts, strict=True):
-                gradient[:, wave.columns] += part
-            mean += (1 - _MOMENTUM) * (gradient - mean)
-            square += (1 - _SCALING) * (gradient**2 - square)
-            size_now = first * (last / first) ** (step / steps) / (1 - _MOMENTUM ** (step + 1))
-            points -= size_now * mean / (np.sqrt(square / (1 - _SCALING ** (step + 1))) + 1e-12)
-            _reflect(points)
-            yield step + 1
+        free = nearest(free).astype(np.float32)
+    else:
+        nearest = _stratify_axes
+    views = frame_views(frames) if frames > 1 else prefix_views(samples)
+    resolution = np.count_nonzero(views, axis=1).max()
+    for done in _descend(free, nearest, passbands(size, views, scales), subsets, resolution, rng, steps):
+        if progress:
+            progress(done, steps)
+    values = nearest(free) if samples > 1 else _stratify_pairs(free, dims)
+    return values.transpose(1, 0, 2).reshape(size, size, layers, len(dims))

@@ -12,7 +12,23 @@ from .atomic_file import replacing
 from .tile import FORMAT_VERSION, Tile
 
 
-def _path(path):
+def check_path(path):
+    """Return `path` as a Path if a tile can be written there, as far as can be told before the work is done.
+
+    Raises
+    ------
+    ValueError
+        If the name does not end in ``.npz`` or ``.exr``.
+    FileNotFoundError
+        If there is no such folder.
+    """
+    path = _with_known_suffix(path)
+    if not path.parent.is_dir():
+        raise FileNotFoundError(f"{path}: no such folder")
+    return path
+
+
+def _with_known_suffix(path):
     path = Path(path)
     if path.suffix.lower() not in (".npz", ".exr"):
         raise ValueError(f"{path}: expected a file name ending in .npz or .exr")
@@ -35,7 +51,7 @@ def save_tile(tile, path):
     OSError
         If the file cannot be written.
     """
-    path = _path(path)
+    path = check_path(path)
     metadata = json.dumps(dict(tile.metadata), sort_keys=True)
     with replacing(path) as temporary:
         if path.suffix.lower() == ".exr":
@@ -73,7 +89,7 @@ def load_tile(path):
     OSError
         If the file cannot be read, such as FileNotFoundError.
     """
-    path = _path(path)
+    path = _with_known_suffix(path)
     if not path.is_file():
         raise FileNotFoundError(f"{path}: no such file")
     dims, values, text = exr.read(path) if path.suffix.lower() == ".exr" else _read_npz(path)

@@ -38,6 +38,12 @@ def test_info_and_test_print_what_the_tile_holds(tmp_path, capsys):
         ["make", "--seed", "-1", "--out", "a.npz"],
         ["make", "--method", "magic", "--out", "a.npz"],
         ["make", "--method", "white", "--out", "a.png"],
+        ["make", "--method", "white", "--frames", "4", "--out", "a.npz"],
+        ["make", "--samples", "3", "--out", "a.npz"],
+        ["make", "--samples", "2", "--frames", "2", "--out", "a.npz"],
+        ["make", "--weights", "t:1", "--out", "a.npz"],
+        ["make", "--weights", "lens+t=1", "--out", "a.npz"],
+        ["make", "--scales", "0=1", "--out", "a.npz"],
         ["make", "--method", "white", "--out", "missing/a.npz"],
         ["make"],
         ["info", "missing.npz"],
@@ -54,7 +60,7 @@ def test_bad_input_is_one_line_and_exit_code_2(arguments, tmp_path, monkeypatch,
 
 
 def test_an_interrupt_says_what_was_reached_and_leaves_no_file(tmp_path, monkeypatch, capsys):
-    def interrupted(method, size, dims, seed, samples, progress):
+    def interrupted(method, size, dims, seed, samples, progress, **parameters):
         progress(3, 10)
         raise KeyboardInterrupt
 

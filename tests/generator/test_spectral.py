@@ -5,31 +5,38 @@ import pytest
 
 from generator import make_tile
 from generator.equal_strata import stratify_line, stratify_square
+from generator.layer_views import frame_views, prefix_views
+from generator.owen_nets import OwenNets, nested_shuffles, sobol_cells
 from generator.plane_waves import draw_waves
-from generator.spectral import filtered_gradient
-from generator.step_test import step_test
+from generator.spectral import SCALES, filtered_gradient, passbands
+from generator.step_test import relative_error, step_test
 
 
-def power(points, waves, passband):
-    images = np.exp(1j * waves.frequencies @ points[:, waves.columns].T) - waves.mean[:, None]
-    spectra = np.abs(np.fft.fft2(images.reshape(-1, *passband.shape))) ** 2
-    return (spectra * passband).sum()
+def power(points, waves, terms):
+    """The energy whose gradient is asked for, in double precision and without tricks."""
+    errors = np.exp(1j * np.einsum("wd,npd->wnp", waves.frequencies, points[..., list(waves.columns)]))
+    errors -= waves.mean[:, None, None]
+    spectra = np.fft.fft2(errors.reshape(*errors.shape[:2], *terms[0][1].shape))
+    return sum(
+        np.einsum("w,kl,wkyx,wlyx,yx->", waves.weight, matrix, spectra.conj(), spectra, band).real
+        for matrix, band in terms
+    )
 
 
-def test_gradient_is_that_of_the_power():
+@pytest.mark.parametrize("views", [prefix_views(1), prefix_views(2), frame_views(4)])
+def test_gradient_is_that_of_the_power(views):
     rng = np.random.default_rng(1)
-    points = rng.random((64, 3)).astype(np.float32)
+    layers = views.shape[1]
+    points = rng.random((layers, 64, 3)).astype(np.float32)
     waves = draw_waves((0, 2), 5, rng)
-    passband = rng.random((8, 8)).astype(np.float32)
-    passband = (passband + np.roll(passband[::-1, ::-1], (1, 1), axis=(0, 1))) / 2  # that of a real filter
-    gradient = filtered_gradient(points, waves, passband)
-    differences = np.empty((64, 2))
-    for index, column in enumerate(waves.columns):
-        for point in range(64):
-            step = np.zeros(points.shape)
-            step[point, column] = 1e-4
-            above, below = power(points + step, waves, passband), power(points - step, waves, passband)
-            differences[point, index] = (above - below) / 2e-4
+    terms = passbands(8, views, SCALES)
+    gradient = filtered_gradient(points, waves, terms)
+    differences = np.empty(gradient.shape)
+    for layer, point, column in np.ndindex(differences.shape):
+        step = np.zeros(points.shape)
+        step[layer, point, waves.columns[column]] = 1e-4
+        above, below = power(points + step, waves, terms), power(points - step, waves, terms)
+        differences[layer, point, column] = (above - below) / 2e-4
     ratio = (differences * gradient).sum() / (gradient**2).sum()
     assert ratio > 0
     assert np.allclose(differences, ratio * gradient, atol=1e-3 * np.abs(differences).max())
@@ -40,6 +47,7 @@ def test_waves_have_the_expectation_they_claim():
     waves = draw_waves((0, 1), 50, rng)
     points = rng.random((100_000, 2))
     assert np.allclose(np.exp(1j * points @ waves.frequencies.T).mean(axis=0), waves.mean, atol=0.02)
+    assert np.sum(waves.weight * (1 - np.abs(waves.mean) ** 2)) == pytest.approx(1, rel=1e-5)
 
 
 def test_strata_are_exact_and_nearby():
@@ -72,6 +80,85 @@ def test_values_are_stratified(tile):
         assert np.array_equal(np.sort((column * 1024).astype(int)), np.arange(1024))
 
 
+def test_pairs_have_one_point_in_each_cell(tile):
+    u, v = (tile.columns("light.u", "light.v").reshape(-1, 2) * 32).astype(int).T
+    assert np.array_equal(np.sort(32 * u + v), np.arange(1024))
+
+
 def test_deterministic(tile):
     again = make_tile("spectral", 32, tile.dims, seed=1, steps=300)
     assert np.array_equal(again.values, tile.values)
+
+
+def test_a_subset_without_weight_is_left_alone():
+    """With only t+lens, t alone is much worse than with t alone."""
+    dims = ("t", "lens.u", "lens.v")
+    joint, single = (
+        make_tile("spectral", 16, dims, seed=1, steps=100, weights=dict.fromkeys(off, 0)).columns("t")
+        for off in (("t", "lens"), ("lens", "t+lens"))
+    )
+    assert relative_error(single, (1.0,))[0] < 0.6 * relative_error(joint, (1.0,))[0]
+
+
+def elementary_intervals(cells, bits):
+    """How often each elementary interval of each shape is hit by a pixel's pair: counts, all of them 1 in a net."""
+    u, v = cells
+    for split in range(bits + 1):
+        yield np.bincount(u >> (bits - split) << (bits - split) | v >> split, minlength=2**bits)
+
+
+def test_two_sobol_dimensions_are_a_net_after_every_shuffle():
+    cells = sobol_cells(4)
+    assert np.array_equal(np.sort(cells, axis=0), np.tile(np.arange(16)[:, None], (1, 3)))
+    for order in nested_shuffles(20, 4, np.random.default_rng(5)):
+        assert np.array_equal(np.sort(order), np.arange(16))
+        for prefix in (2, 4, 8):
+            assert len(set(order[:prefix] // prefix)) == 1, "a prefix is an aligned block"
+    for counts in elementary_intervals(cells[:, :2].T, 4):
+        assert np.all(counts == 1)
+
+
+def test_nearest_nets_are_nets_and_near():
+    rng = np.random.default_rng(6)
+    nets = OwenNets(100, 8, ("t", "light.u", "light.v"), rng)
+    points = rng.random((100, 8, 3))
+    nearest = nets.nearest(points)
+    another = nets.nearest(rng.random((100, 8, 3)))
+    assert np.abs(nearest - points).mean() < 0.8 * np.abs(another - points).mean()
+    assert np.allclose(nets.nearest(nearest), nearest), "nets are their own nearest nets"
+    for pixel in (nearest * 8).astype(int):
+        assert np.array_equal(np.sort(pixel, axis=0), np.tile(np.arange(8)[:, None], (1, 3)))
+        for counts in elementary_intervals(pixel[:, 1:].T, 3):
+            assert np.all(counts == 1)
+    assert np.array_equal(np.sort((nearest * 800).astype(int), axis=None), np.repeat(np.arange(800), 3))
+
+
+@pytest.fixture(scope="module")
+def samples_tile():
+    return make_tile("spectral", 16, ("t", "light.u", "light.v"), seed=2, samples=4, steps=100)
+
+
+def test_samples_are_stratified_in_the_pixel_after_every_power_of_two(samples_tile):
+    for prefix in (2, 4):
+        strata = np.sort((samples_tile.values[:, :, :prefix] * prefix).astype(int), axis=2)
+        assert np.all(strata == np.arange(prefix)[:, None])
+    light = (samples_tile.columns("light.u", "light.v") * 2).astype(int)
+    assert np.all(np.sort(light[..., 0] * 2 + light[..., 1], axis=2) == np.arange(4))
+
+
+def test_pixel_means_are_blue_after_every_power_of_two(samples_tile):
+    independent = make_tile("n-rooks", 16, samples_tile.dims, seed=2, samples=4)
+    for prefix in (1, 2, 4):
+        for columns in ([0], [1, 2], [0, 1, 2]):
+            ours = relative_error(samples_tile.values[:, :, :prefix, columns], (0.0, 1.0, 2.0))
+            assert ours[2] < 0.8 * ours[0], (prefix, columns)
+    assert relative_error(samples_tile.values, (1.0,))[0] < 0.6 * relative_error(independent.values, (1.0,))[0]
+
+
+def test_frames_are_blue_alone_and_converge_together():
+    tile = make_tile("spectral", 16, ("t", "lens.u", "lens.v"), seed=3, frames=8, steps=100)
+    assert tile.values.shape == (16, 16, 8, 3)
+    for frame in range(8):
+        single = relative_error(tile.values[:, :, [frame]], (1.0,), functions=100)[0]
+        assert single < 0.6
+        assert np.array_equal(np.sort((tile.values[:, :, frame, 0] * 256).astype(int), axis=None), np.arange(256))
