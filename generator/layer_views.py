@@ -10,10 +10,6 @@ import numpy as np
 WINDOWS = (4, 16)
 """Frames over which an eye averages: about 60 ms, and the half second of a viewer who keeps looking (24 frames/s)."""
 
-EMPHASIS = 1.5
-"""A view of m layers has the weight m**EMPHASIS: 1 would make up for the variance of m independent samples, more also
-for the better convergence of stratified ones."""
-
 
 def prefix_views(samples):
     """Return the views of a progressive render.
@@ -52,18 +48,20 @@ def frame_views(frames):
     return np.concatenate(rows)
 
 
-def coupling(views):
+def coupling(views, emphasis):
     """Return the matrix A such that e.A e is the weighted sum of the squared views of the layers' errors e.
 
     Parameters
     ----------
     views : ndarray, shape (views, n)
+    emphasis : float
+        All views of m layers have together the weight m**emphasis: 1 makes up for the variance of m independent
+        samples, more also for the better convergence of stratified ones.
 
     Returns
     -------
     ndarray of float64, shape (n, n)
-        Views of equally many layers share their weight.
     """
     counts = np.count_nonzero(views, axis=1)
-    weights = [counts[row] ** EMPHASIS / np.sum(counts == counts[row]) for row in range(len(views))]
+    weights = [count**emphasis / np.sum(counts == count) for count in counts]
     return np.einsum("v,vk,vl->kl", weights, views, views)

@@ -16,17 +16,24 @@ from itertools import repeat
 
 import numpy as np
 
-from .dimensions import groups, marginal_subsets
-from .equal_strata import stratify_line, stratify_square
+from .dimensions import marginal_subsets
 from .layer_views import coupling, frame_views, prefix_views
 from .low_pass import gaussian_response
-from .owen_nets import OwenNets
 from .plane_waves import draw_waves
+from .strata import Strata
 from .tile import check_size
 
 SCALES = {0.0: 0.1, 1.0: 1.0, 2.0: 0.5, 4.0: 0.3}
 """Standard deviation of a low-pass filter in pixels to its weight, relative to white noise through the same filter.
 At 0, the error inside single pixels, only means over several layers count."""
+
+FRAME_SCALES = SCALES | {0.0: 7.0}
+"""The same for frames, where the error inside a pixel is what flickers."""
+
+SAMPLE_EMPHASIS = 1.5
+FRAME_EMPHASIS = 1.0
+"""How much means over many layers count, see `generator.layer_views.coupling`: a still image is mostly looked at when
+all samples are there, an animation also frame by frame."""
 
 STEPS = 2500
 WAVES_PER_STEP = 64
@@ -38,7 +45,7 @@ _PULL = 0.1  # share of the way to the stratified values that the free ones go i
 _THREADS = 2
 
 
-def passbands(size, views, scales):
+def passbands(size, views, scales, emphasis):
     """Return the energy's terms: pairs of a coupling of layers and a weight of image frequencies.
 
     Parameters
@@ -49,6 +56,8 @@ def passbands(size, views, scales):
         See `generator.layer_views`.
     scales : dict of float to float
         See `SCALES`.
+    emphasis : float
+        Of views of many layers, see `generator.layer_views.coupling`.
 
     Returns
     -------
@@ -56,10 +65,10 @@ def passbands(size, views, scales):
     """
     squares = {sigma: gaussian_response(size, sigma) ** 2 for sigma in scales}
     blurred = sum(scales[sigma] * squares[sigma] / squares[sigma].mean() for sigma in scales if sigma)
-    terms = [(coupling(views), blurred)]
+    terms = [(coupling(views, emphasis), blurred)]
     means = views[np.count_nonzero(views, axis=1) > 1]
     if scales.get(0.0) and len(means):
-        terms.append((coupling(means), scales[0.0] * squares[0.0]))
+        terms.append((coupling(means, emphasis), scales[0.0] * squares[0.0]))
     return [(layers.astype(np.float32), band.astype(np.float32)) for layers, band in terms]
 
 
@@ -107,21 +116,6 @@ def _reflect(points):
     np.clip(points, 0, 1, out=points)
 
 
-def _stratify_axes(points):
-    """Return points, shape (n, T*T, D), with each axis of each layer exactly stratified."""
-    return np.stack([np.stack([stratify_line(axis) for axis in layer.T], axis=1) for layer in points])
-
-
-def _stratify_pairs(points, dims):
-    """Return points, shape (n, T*T, D), with each axis and each pair of each layer exactly stratified."""
-    result = _stratify_axes(points)
-    for columns in groups(dims).values():
-        if len(columns) == 2:
-            for layer, values in enumerate(points):
-                result[layer][:, columns] = stratify_square(values[:, columns])
-    return result
-
-
 def _subset_weights(dims, weights):
     """Return pairs of columns and weight for the marginal subsets that count."""
     subsets = marginal_subsets(dims)
@@ -144,30 +138,21 @@ def _check_scales(scales):
         raise ValueError("scales: expected a positive sigma with a positive weight, got none")
 
 
-def _descend(free, nearest, terms, subsets, resolution, rng, steps):
-    """Move free points in place by Adam, yielding the number of steps done.
+def _descend(strata, layers, pixels, terms, subsets, resolution, rng, steps, progress):
+    """Return stratified points, shape (layers, pixels, D), after Adam's descent from random ones.
 
-    Parameters
-    ----------
-    free : ndarray of float32, shape (n, T*T, D)
-    nearest : callable
-        Returns the stratified points nearest to free ones.
-    terms : list
-        See `passbands`.
-    subsets : list of (tuple of int, float)
-        Columns and weight of each marginal subset.
-    resolution : int
-        How many samples the largest view averages over; see `generator.plane_waves.draw_waves`.
-    rng : numpy.random.Generator
-    steps : int
+    `terms` are those of `passbands`, `subsets` pairs of columns and weight, `resolution` is the number of samples that
+    `generator.plane_waves.draw_waves` asks for.
     """
+    free = rng.random((layers, pixels, len(strata.dims)), dtype=np.float32)
+    free = strata.nearest(free).astype(np.float32)
     per_subset = max(2, WAVES_PER_STEP // len(subsets))
     mean = np.zeros_like(free)
     square = np.zeros_like(free)
     first, last = STEP_SIZES
     with ThreadPoolExecutor(_THREADS) as threads:
         for step in range(steps):
-            points = nearest(free).astype(np.float32)
+            points = strata.nearest(free).astype(np.float32)
             free += _PULL * (points - free)
             waves = [draw_waves(columns, per_subset, rng, resolution) for columns, _ in subsets]
             gradient = np.zeros_like(free)
@@ -179,7 +164,9 @@ def _descend(free, nearest, terms, subsets, resolution, rng, steps):
             step_size = first * (last / first) ** (step / steps) / (1 - _MOMENTUM ** (step + 1))
             free -= step_size * mean / (np.sqrt(square / (1 - _SCALING ** (step + 1))) + 1e-12)
             _reflect(free)
-            yield step + 1
+            if progress:
+                progress(step + 1, steps)
+    return strata.final(free)
 
 
 def spectral(size, dims, samples, rng, frames=1, weights=None, scales=None, steps=STEPS, progress=None):
@@ -199,7 +186,7 @@ def spectral(size, dims, samples, rng, frames=1, weights=None, scales=None, step
     weights : dict of str to float, optional
         Weight of each marginal subset, by its label in `generator.dimensions.marginal_subsets`; 1 where none is given.
     scales : dict of float to float, optional
-        Instead of `SCALES`.
+        Instead of `SCALES` or `FRAME_SCALES`.
     steps : int
         Steps of gradient descent.
     progress : callable, optional
@@ -220,25 +207,14 @@ def spectral(size, dims, samples, rng, frames=1, weights=None, scales=None, step
     frames, steps = check_size("frames", frames), check_size("steps", steps)
     if frames > 1 and samples > 1:
         raise ValueError(f"frames: expected 1 with {samples} samples a pixel, got {frames}")
-    scales = SCALES if scales is None else scales
+    if scales is None:
+        scales = SCALES if frames == 1 else FRAME_SCALES
     _check_scales(scales)
     subsets = _subset_weights(dims, weights)
-    layers = samples * frames
-    pixels = size * size
-    free = rng.random((layers, pixels, len(dims)), dtype=np.float32)
-    if samples > 1:
-        nets = OwenNets(pixels, samples, dims, rng)
-
-        def nearest(points):
-            return nets.nearest(points.transpose(1, 0, 2)).transpose(1, 0, 2)
-
-        free = nearest(free).astype(np.float32)
-    else:
-        nearest = _stratify_axes
-    views = frame_views(frames) if frames > 1 else prefix_views(samples)
+    layers, pixels = samples * frames, size * size
+    strata = Strata(pixels, dims, samples, frames, rng)
+    views = prefix_views(samples) if frames == 1 else frame_views(frames)
+    terms = passbands(size, views, scales, SAMPLE_EMPHASIS if frames == 1 else FRAME_EMPHASIS)
     resolution = np.count_nonzero(views, axis=1).max()
-    for done in _descend(free, nearest, passbands(size, views, scales), subsets, resolution, rng, steps):
-        if progress:
-            progress(done, steps)
-    values = nearest(free) if samples > 1 else _stratify_pairs(free, dims)
+    values = _descend(strata, layers, pixels, terms, subsets, resolution, rng, steps, progress)
     return values.transpose(1, 0, 2).reshape(size, size, layers, len(dims))
