@@ -1,13 +1,16 @@
-"""The command line: ``python -m generator make | info | test``."""
+"""The command line: ``python -m generator make | info | test | compare | analyse | plot | library``."""
 
 import argparse
 import json
 import sys
+from pathlib import Path
 
 from .dimensions import DIMENSIONS
+from .library import make_library
 from .methods import METHODS, make_tile
+from .plots import save_figures
 from .progress import ProgressBar
-from .step_test import SIGMAS, step_test
+from .tables import analysis_lines, comparison_lines, step_test_lines
 from .test_functions import KINDS
 from .tile import GENERATOR_VERSION
 from .tile_file import check_path, load_tile, save_tile
@@ -47,11 +50,34 @@ def _parser():
 
     test = commands.add_parser("test", help="print the step test's table; 1 is white noise, lower is better")
     test.add_argument("file")
-    test.add_argument("--functions", type=int, default=400, help="random functions a subset (default %(default)s)")
-    test.add_argument("--kind", choices=KINDS, default="step", help="kind of functions (default %(default)s)")
-    test.add_argument("--seed", type=int, default=0, help="seed of the functions (default %(default)s)")
+    _add_test_options(test)
     test.set_defaults(run=_test)
+
+    compare = commands.add_parser("compare", help="print the step tests of several tiles as a Markdown table")
+    compare.add_argument("file", nargs="+")
+    _add_test_options(compare)
+    compare.set_defaults(run=_compare)
+
+    analyse = commands.add_parser("analyse", help="print discrepancies, distances, correlations, cylinder power")
+    analyse.add_argument("file")
+    analyse.set_defaults(run=_analyse)
+
+    plot = commands.add_parser("plot", help="draw a tile's values, spectra, marginals and neighbourhoods")
+    plot.add_argument("file")
+    plot.add_argument("--out", help="beginning of the pictures' names (default: the tile's, without its ending)")
+    plot.set_defaults(run=_plot)
+
+    library = commands.add_parser("library", help="make the tiles that the add-on ships")
+    library.add_argument("--out", required=True, help="folder; tiles that are there already are kept")
+    library.add_argument("--only", help="names such as motion-1,full-4 (default: all)")
+    library.set_defaults(run=_library)
     return parser
+
+
+def _add_test_options(parser):
+    parser.add_argument("--functions", type=int, default=400, help="random functions a subset (default %(default)s)")
+    parser.add_argument("--kind", choices=KINDS, default="step", help="kind of functions (default %(default)s)")
+    parser.add_argument("--seed", type=int, default=0, help="seed of the functions (default %(default)s)")
 
 
 def _pairs(key):
@@ -82,12 +108,30 @@ def _info(options, progress):
         print(f"{key}: {value if isinstance(value, str) else json.dumps(value)}")
 
 
+def _print(lines):
+    print("\n".join(lines))
+
+
 def _test(options, progress):
-    table = step_test(load_tile(options.file), SIGMAS, options.functions, options.seed, options.kind)
-    width = max(map(len, table))
-    print(" " * width, *(f"sigma {sigma:g}" for sigma in SIGMAS), sep="  ")
-    for label, errors in table.items():
-        print(f"{label:{width}}", *(f"{error:7.3f}" for error in errors), sep="  ")
+    _print(step_test_lines(load_tile(options.file), options.functions, options.seed, options.kind))
+
+
+def _compare(options, progress):
+    tiles = {Path(file).stem: load_tile(file) for file in options.file}
+    _print(comparison_lines(tiles, options.functions, options.seed, options.kind))
+
+
+def _analyse(options, progress):
+    _print(analysis_lines(load_tile(options.file)))
+
+
+def _plot(options, progress):
+    stem = options.out or Path(options.file).with_suffix("")
+    _print(map(str, save_figures(load_tile(options.file), stem)))
+
+
+def _library(options, progress):
+    make_library(options.out, options.only and options.only.split(","), progress)
 
 
 def main(arguments=None):

@@ -66,11 +66,12 @@ def _read_npz(path):
         raise ValueError(f"{path}: expected a tile, got a truncated file or one that is no .npz archive")
     try:
         with np.load(path, allow_pickle=False) as archive:
-            missing = {"values", "dims", "metadata"} - set(archive.files)
+            missing = {"values", "dims"} - set(archive.files)
             if missing:
                 raise ValueError(f"{path}: expected a tile, got an archive without {', '.join(sorted(missing))}")
             dims = tuple(str(name) for name in np.atleast_1d(archive["dims"]))
-            return dims, archive["values"], str(archive["metadata"])
+            metadata = str(archive["metadata"]) if "metadata" in archive else '{"method": "imported"}'
+            return dims, archive["values"], metadata
     except (zipfile.BadZipFile, zlib.error, EOFError) as error:
         raise ValueError(f"{path}: expected a tile, got a damaged file ({error})") from error
 

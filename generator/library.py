@@ -1,0 +1,110 @@
+"""The tiles that the add-on ships: what is in the library, and the making of it.
+
+One tile for each set of effects that a scene may use, so that no dimension competes for quality that it does not need,
+and for 1, 4 and 16 samples a pixel. More than 16 samples are made of several layers of 16.
+"""
+
+from dataclasses import dataclass
+from pathlib import Path
+
+from .methods import make_tile
+from .tile import GENERATOR_VERSION
+from .tile_file import load_tile, save_tile
+
+SEED = 1991
+
+_LENS, _LIGHT, _BSDF = ("lens.u", "lens.v"), ("light.u", "light.v"), ("bsdf.u", "bsdf.v")
+PROFILES = {
+    "motion": ("t",),
+    "lens": _LENS,
+    "light": _LIGHT,
+    "motion-light": ("t", *_LIGHT),
+    "motion-lens": ("t", *_LENS),
+    "motion-lens-light": ("t", *_LENS, *_LIGHT),
+    "full": ("t", *_LENS, *_LIGHT, "light.pick", *_BSDF),
+}
+"""Name of a set of effects to its dimensions."""
+
+SIZES = {1: 128, 4: 64, 16: 64}
+"""Samples a pixel to the side of the tile: at one sample the larger tile costs little and repeats less."""
+
+STEPS = {1: 2500, 4: 1500, 16: 1000}
+
+
+@dataclass(frozen=True)
+class Recipe:
+    """Everything that a tile of the library depends on, besides the generator's version."""
+
+    profile: str
+    samples: int
+
+    @property
+    def name(self):
+        return f"{self.profile}-{self.samples}"
+
+    def make(self, progress=None):
+        """Return the tile."""
+        return make_tile(
+            "spectral",
+            SIZES[self.samples],
+            PROFILES[self.profile],
+            SEED,
+            self.samples,
+            progress,
+            steps=STEPS[self.samples],
+        )
+
+
+RECIPES = [Recipe(profile, samples) for samples in SIZES for profile in PROFILES]
+
+
+def _is_made(recipe, path):
+    """Whether `path` already holds what the recipe would make."""
+    try:
+        tile = load_tile(path)
+    except (OSError, ValueError):
+        return False
+    parameters = {"size": SIZES[recipe.samples], "samples": recipe.samples, "steps": STEPS[recipe.samples]}
+    made_as = (tile.dims, tile.metadata.get("parameters"), tile.metadata.get("seed"))
+    wanted = (PROFILES[recipe.profile], parameters, SEED)
+    return made_as == wanted and tile.metadata["generator_version"] == GENERATOR_VERSION
+
+
+def make_library(folder, only=None, progress=None, say=print):
+    """Make the tiles that are not there yet; an interrupted run goes on where it was.
+
+    Parameters
+    ----------
+    folder : str or Path
+        Is made if it does not exist.
+    only : sequence of str, optional
+        Names of recipes, such as ``motion-4``; all of them by default.
+    progress : callable, optional
+        Called as ``progress(done, total)`` with the steps of all tiles together.
+    say : callable
+        Is given a line for each tile.
+
+    Raises
+    ------
+    ValueError
+        If a name is unknown.
+    """
+    names = {recipe.name: recipe for recipe in RECIPES}
+    for name in only or ():
+        if name not in names:
+            raise ValueError(f"only: expected names out of {', '.join(names)}, got {name!r}")
+    folder = Path(folder)
+    folder.mkdir(parents=True, exist_ok=True)
+    wanted = [recipe for recipe in RECIPES if not only or recipe.name in only]
+    todo = [recipe for recipe in wanted if not _is_made(recipe, folder / f"{recipe.name}.npz")]
+    for recipe in wanted:
+        if recipe not in todo:
+            say(f"{recipe.name}: is there")
+    total = sum(STEPS[recipe.samples] for recipe in todo)
+    before = 0
+    for recipe in todo:
+        report = progress and (lambda done, _, before=before: progress(before + done, total))
+        path = folder / f"{recipe.name}.npz"
+        save_tile(recipe.make(report), path)
+        before += STEPS[recipe.samples]
+        say(f"{recipe.name}: {path.stat().st_size / 1e6:.2f} MB")

@@ -1,0 +1,135 @@
+"""Pictures of a tile. Needs matplotlib, which is imported when a picture is asked for."""
+
+from importlib import import_module
+from pathlib import Path
+
+import numpy as np
+
+from .atomic_file import replacing
+from .dimensions import groups
+from .periodogram import mode_periodogram
+
+_DPI = 110
+
+
+def _figure(rows, columns, side=3.0):
+    try:
+        figures = import_module("matplotlib.figure")
+    except ImportError:
+        raise ValueError("plot: needs matplotlib, which is not installed") from None
+    figure = figures.Figure(figsize=(side * columns, side * rows), layout="constrained")
+    return figure, figure.subplots(rows, columns, squeeze=False)
+
+
+def values_figure(tile):
+    """Return the first sample's values as images, one a dimension; y upwards."""
+    figure, axes = _figure(1, len(tile.dims))
+    for axis, dim in zip(axes[0], tile.dims, strict=True):
+        axis.imshow(tile.columns(dim)[:, :, 0, 0], origin="lower", cmap="gray", vmin=0, vmax=1)
+        axis.set(title=dim, xticks=[], yticks=[])
+    return figure
+
+
+def spectra_figure(tile):
+    """Return, for each group and for all together, the error spectrum of long waves and its radial mean.
+
+    Above, the spectrum averaged over 24 random modes of up to four half-periods; dark is little power. Below, its
+    radial mean (white noise is the line at 1) and the anisotropy.
+    """
+    subsets = dict(groups(tile.dims))
+    if len(subsets) > 1:
+        subsets["all"] = tuple(range(len(tile.dims)))
+    rng = np.random.default_rng(0)
+    figure, axes = _figure(2, len(subsets))
+    for column, (label, columns) in enumerate(subsets.items()):
+        values = tile.values[..., list(columns)]
+        modes = rng.integers(-4, 5, (24, len(columns)))
+        spectra = [mode_periodogram(values, mode) for mode in modes[np.abs(modes).any(axis=1)]]
+        image, curve = axes[:, column]
+        image.imshow(np.mean([s.power for s in spectra], axis=0), origin="lower", cmap="gray", vmin=0, vmax=2)
+        image.set(title=label, xticks=[], yticks=[])
+        radius = spectra[0].radius
+        curve.plot(radius, np.mean([s.radial_mean for s in spectra], axis=0), color="black")
+        curve.axhline(1, color="gray", linewidth=0.8)
+        curve.set(xlabel="cycles a tile", ylim=(0, None), ylabel="power, white noise = 1" if column == 0 else "")
+        decibel = curve.twinx()
+        decibel.plot(radius, np.mean([s.anisotropy for s in spectra], axis=0), color="tab:orange", linewidth=0.8)
+        decibel.set(ylim=(-20, 20))
+        decibel.set_ylabel("anisotropy, dB" if column == len(subsets) - 1 else "", color="tab:orange")
+    return figure
+
+
+def marginals_figure(tile):
+    """Return a matrix of scatter plots of all pairs of dimensions, with histograms on its diagonal."""
+    count = len(tile.dims)
+    points = tile.values[:, :, 0].reshape(-1, count)
+    figure, axes = _figure(count, count, side=1.8)
+    for (row, column), axis in np.ndenumerate(axes):
+        if row == column:
+            axis.hist(points[:, row], bins=64, range=(0, 1), color="black")
+        else:
+            axis.plot(points[:, column], points[:, row], ",", color="black")
+            axis.set(ylim=(0, 1))
+        axis.set(xlim=(0, 1), xticks=[], yticks=[])
+        if row == count - 1:
+            axis.set_xlabel(tile.dims[column])
+        if column == 0:
+            axis.set_ylabel(tile.dims[row])
+    return figure
+
+
+def neighbourhood_figure(tile):
+    """Return the values found in discs of the image, as in figure 6 of the paper.
+
+    For each dimension, tick marks of all samples within 1.5 and within 2.5 pixels of the tile's middle: Poisson-rod
+    distributions, if the tile is good.
+    """
+    size = tile.size
+    pixel = np.arange(size) - size // 2
+    distance = np.hypot(pixel[:, None], pixel)
+    figure, axes = _figure(len(tile.dims), 2, side=1.6)
+    figure.set_size_inches(9, 1.1 * len(tile.dims) + 0.5)
+    for (row, column), axis in np.ndenumerate(axes):
+        radius = (1.5, 2.5)[column]
+        axis.vlines(tile.columns(tile.dims[row])[distance <= radius].ravel(), 0, 1, color="black")
+        axis.set(xlim=(0, 1), yticks=[], ylabel=tile.dims[row] if column == 0 else "")
+        if row == 0:
+            axis.set_title(f"within {radius:g} pixels")
+    return figure
+
+
+FIGURES = {
+    "values": values_figure,
+    "spectra": spectra_figure,
+    "marginals": marginals_figure,
+    "neighbourhood": neighbourhood_figure,
+}
+
+
+def save_figures(tile, stem):
+    """Write all figures as PNG files.
+
+    Parameters
+    ----------
+    tile : Tile
+    stem : Path
+        ``out/tile`` gives ``out/tile-values.png`` and so on.
+
+    Returns
+    -------
+    list of Path
+
+    Raises
+    ------
+    ValueError
+        If matplotlib is missing.
+    OSError
+        If a file cannot be written.
+    """
+    paths = []
+    for name, draw in FIGURES.items():
+        path = Path(f"{stem}-{name}.png")
+        with replacing(path) as temporary:
+            draw(tile).savefig(temporary, dpi=_DPI)
+        paths.append(path)
+    return paths

@@ -1,0 +1,66 @@
+"""Tables for the command line: the analysis of one tile, the step test of one or several."""
+
+from .dimensions import marginal_subsets
+from .periodogram import cylinder_power
+from .statistics import correlations, summary
+from .step_test import SIGMAS, relative_error, step_test
+
+
+def step_test_lines(tile, functions, seed, kind):
+    """Return the step test of a tile as lines of text; 1 is white noise, lower is better."""
+    table = step_test(tile, SIGMAS, functions, seed, kind)
+    width = max(map(len, table))
+    lines = ["  ".join([" " * width, *(f"sigma {sigma:g}" for sigma in SIGMAS)])]
+    for label, errors in table.items():
+        lines.append("  ".join([f"{label:{width}}", *(f"{error:7.3f}" for error in errors)]))
+    return lines
+
+
+def comparison_lines(tiles, functions, seed, kind):
+    """Return the step tests of several tiles side by side as a Markdown table.
+
+    Parameters
+    ----------
+    tiles : dict of str to Tile
+        Heading to tile; only the dimensions that all of them have are compared.
+    functions, seed, kind
+        As in `generator.step_test.relative_error`.
+
+    Raises
+    ------
+    ValueError
+        If the tiles have no dimension in common.
+    """
+    first = next(iter(tiles.values()))
+    dims = tuple(dim for dim in first.dims if all(dim in tile.dims for tile in tiles.values()))
+    if not dims:
+        raise ValueError("compare: expected tiles with a dimension in common, got none")
+    scales = " / ".join(f"{sigma:g}" for sigma in SIGMAS)
+    lines = [f"| sigma {scales} | " + " | ".join(tiles) + " |", "|---" * (len(tiles) + 1) + "|"]
+    for label, columns in marginal_subsets(dims).items():
+        names = [dims[column] for column in columns]
+        cells = []
+        for tile in tiles.values():
+            errors = relative_error(tile.columns(*names), SIGMAS, functions, seed, kind)
+            cells.append(" ".join(f"{error:.3f}" for error in errors))
+        lines.append(f"| {label} | " + " | ".join(cells) + " |")
+    return lines
+
+
+def analysis_lines(tile):
+    """Return statistics of a tile's values, correlations, and the power in the cylinders of the paper's figure 5."""
+    lines = []
+    for name, row in summary(tile):
+        lines.append(f"{name}: " + ", ".join(f"{key} {value:.4g}" for key, value in row.items()))
+    if len(tile.dims) > 1:
+        lines += ["", "correlation  " + "  ".join(f"{dim:>10}" for dim in tile.dims)]
+        for dim, row in zip(tile.dims, correlations(tile.values), strict=True):
+            lines.append(f"{dim:11}  " + "  ".join(f"{value:10.4f}" for value in row))
+    if "t" in tile.dims:
+        limits = (tile.size / 8, tile.size / 4)
+        power = cylinder_power(tile.columns("t")[..., 0], band_limits=limits)
+        lines += ["", "power inside a cylinder of spatial frequencies, by temporal frequency; 1 is white noise"]
+        lines.append("cycles a tile  " + "  ".join(f"{k + 1:6d}" for k in range(power.shape[1])))
+        for limit, row in zip(limits, power, strict=True):
+            lines.append(f"up to {limit:7g}  " + "  ".join(f"{value:6.3f}" for value in row))
+    return lines
