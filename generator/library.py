@@ -28,7 +28,7 @@ PROFILES = {
 SIZES = {1: 128, 4: 64, 16: 64}
 """Samples a pixel to the side of the tile: at one sample the larger tile costs little and repeats less."""
 
-STEPS = {1: 2500, 4: 1500, 16: 1000}
+STEPS = {1: 4000, 4: 1500, 16: 1000}
 
 
 @dataclass(frozen=True)

@@ -126,6 +126,7 @@ class OwenNets:
         result = np.empty(points.shape)
         spread = (np.arange(pixels * samples) + 0.5) / (pixels * samples)
         for column in range(d):
-            order = np.lexsort((points[..., column].ravel(), cell[..., column].ravel()))
+            # Values are below 2 cells wide, so this sorts by stratum first and by value inside it.
+            order = np.argsort(2 * cell[..., column] + points[..., column], axis=None)
             result[..., column].flat[order] = spread
         return result

@@ -18,8 +18,8 @@ import numpy as np
 SMALLEST_RADIUS = 1.0
 """Radians per side of the cube. Below it the density is left out: half a wave already spans more than the cube."""
 
-LARGEST_RADIUS = 40.0
-"""For one sample a pixel: about six periods across the cube."""
+LARGEST_RADIUS = 60.0
+"""For one sample a pixel: about ten periods across the cube."""
 
 
 @dataclass(frozen=True)

@@ -30,18 +30,18 @@ At 0, the error inside single pixels, only means over several layers count."""
 FRAME_SCALES = SCALES | {0.0: 7.0}
 """The same for frames, where the error inside a pixel is what flickers."""
 
-SAMPLE_EMPHASIS = 1.5
+SAMPLE_EMPHASIS = 2.0
 FRAME_EMPHASIS = 1.0
 """How much means over many layers count, see `generator.layer_views.coupling`: a still image is mostly looked at when
 all samples are there, an animation also frame by frame."""
 
-STEPS = 2500
+STEPS = 4000
 WAVES_PER_STEP = 64
-STEP_SIZES = (0.05, 0.001)
+STEP_SIZES = (0.05, 0.0002)
 """First and last step size, in units of the cube's side; geometric in between."""
 
 _MOMENTUM, _SCALING = 0.9, 0.99  # Adam's two decay rates
-_PULL = 0.1  # share of the way to the stratified values that the free ones go in a step
+_PULL = 0.03  # share of the way to the stratified values that the free ones go in a step
 _THREADS = 2
 
 
@@ -98,7 +98,7 @@ def filtered_gradient(points, waves, terms):
     filtered = np.fft.ifft2(spectra).reshape(-1, layers, count)
     # d/dphase of conj(e) R^2 e is twice the real part of conj(i z) times the filtered image.
     slope = wave.real * filtered.imag - wave.imag * filtered.real
-    return np.einsum("wnp,wd->npd", slope, waves.frequencies * waves.weight[:, None])
+    return np.tensordot(slope, waves.frequencies * waves.weight[:, None], axes=(0, 0))
 
 
 def _couple(matrix, images):

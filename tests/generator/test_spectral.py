@@ -152,7 +152,7 @@ def test_pixel_means_are_blue_after_every_power_of_two(samples_tile):
         for columns in ([0], [1, 2], [0, 1, 2]):
             ours = relative_error(samples_tile.values[:, :, :prefix, columns], (0.0, 1.0, 2.0))
             assert ours[2] < 0.8 * ours[0], (prefix, columns)
-    assert relative_error(samples_tile.values, (1.0,))[0] < 0.6 * relative_error(independent.values, (1.0,))[0]
+    assert relative_error(samples_tile.values, (1.0,))[0] < 0.7 * relative_error(independent.values, (1.0,))[0]
 
 
 def test_frames_are_blue_alone_and_converge_together():
