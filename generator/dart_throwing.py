@@ -12,11 +12,19 @@ from .tile import check_size
 FAILURES = 2000
 """Darts in a row that may miss before the pattern counts as full."""
 
+PATIENCE, SHRINKING = 200, 0.98
+"""With a wanted count: darts in a row that may miss before the radius shrinks, and the factor."""
+
 
 def toroidal_distance(points, centre):
     """Return the Euclidean distances of `points`, shape (k, d), to `centre` on the unit torus."""
     difference = np.abs(points - centre)
     return np.sqrt((np.minimum(difference, 1 - difference) ** 2).sum(axis=-1))
+
+
+def is_free(dart, points, radius):
+    """Return whether no point is closer to the dart than `radius`."""
+    return not len(points) or toroidal_distance(points, dart).min() >= radius
 
 
 def poisson_disk_radius(radius, rng, d=2, limit=None):
@@ -46,23 +54,19 @@ def poisson_disk_radius(radius, rng, d=2, limit=None):
     points = np.empty((0, d))
     failures = 0
     while failures < FAILURES and (limit is None or len(points) < limit):
-        darts = rng.random((256, d))
-        # Most darts of a nearly full pattern miss points of earlier batches; only the rest are compared one by one.
-        for dart in darts:
-            if len(points) and toroidal_distance(points, dart).min() < radius:
-                failures += 1
-            else:
-                points = np.append(points, dart[None], axis=0)
-                failures = 0
-            if failures >= FAILURES or len(points) == limit:
-                break
+        dart = rng.random(d)
+        if is_free(dart, points, radius):
+            points = np.append(points, dart[None], axis=0)
+            failures = 0
+        else:
+            failures += 1
     return points
 
 
 def poisson_disk_count(count, rng, d=2):
     """Throw darts with a radius that shrinks until the pattern has `count` points.
 
-    The radius starts where even the densest packing would be full and shrinks by 2 % whenever the pattern is.
+    The radius starts where even the densest packing would be full and shrinks whenever the pattern seems to be.
 
     Parameters
     ----------
@@ -88,12 +92,12 @@ def poisson_disk_count(count, rng, d=2):
     failures = 0
     while len(points) < count:
         dart = rng.random(d)
-        if len(points) and toroidal_distance(points, dart).min() < radius:
-            failures += 1
-            if failures == FAILURES // 10:
-                radius *= 0.98
-                failures = 0
-        else:
+        if is_free(dart, points, radius):
             points = np.append(points, dart[None], axis=0)
+            failures = 0
+        else:
+            failures += 1
+        if failures == PATIENCE:
+            radius *= SHRINKING
             failures = 0
     return points, radius

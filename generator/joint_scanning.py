@@ -22,7 +22,7 @@ CANDIDATES = 1000
 """More than the 100 of a single group, because several sieves share them."""
 
 
-def scan_jointly(size, dims, samples, rng, sieves, candidates=CANDIDATES):
+def scan_jointly(size, dims, samples, rng, sieves, candidates=CANDIDATES, progress=None):
     """Fill a tile for several groups at once.
 
     Parameters
@@ -38,6 +38,8 @@ def scan_jointly(size, dims, samples, rng, sieves, candidates=CANDIDATES):
         distance. Each sieve keeps the same share of the candidates it gets; the last one leaves a single candidate.
     candidates : int
         How many are drawn.
+    progress : callable, optional
+        Called as ``progress(done, total)`` after each row.
 
     Returns
     -------
@@ -45,7 +47,7 @@ def scan_jointly(size, dims, samples, rng, sieves, candidates=CANDIDATES):
     """
     kept = np.round(candidates ** (1 - np.arange(1, len(sieves) + 1) / len(sieves))).astype(int)
     scan = Scan(size, samples, len(dims))
-    for cell in scan.cells():
+    for cell in scan.cells(progress):
         rings = scan.neighbours(*cell)
         remaining = rng.random((candidates, len(dims)))
         for (ring, columns), keep in zip(sieves, kept, strict=True):
@@ -63,6 +65,6 @@ def joint_and_marginal_sieves(dims):
     return [(ring, part) for ring in (0, 1) for part in columns]
 
 
-def joint_scanning(size, dims, samples, rng):
-    """Return values that are good jointly and in each group; parameters and result as in `generator.white`."""
-    return scan_jointly(size, dims, samples, rng, joint_and_marginal_sieves(dims))
+def joint_scanning(size, dims, samples, rng, progress=None):
+    """Return values that are good jointly and in each group; parameters and result as in `generator.scanning`."""
+    return scan_jointly(size, dims, samples, rng, joint_and_marginal_sieves(dims), progress=progress)

@@ -23,6 +23,8 @@ METHODS = {
 }
 """Name to function (size, dims, samples, rng) -> values of shape (size, size, samples, len(dims))."""
 
+_REPORTING = (spectral, scanning, joint_scanning)  # those that take long enough to have a progress argument
+
 
 def make_tile(method, size, dims, seed, samples=1, progress=None, **parameters):
     """Make a tile.
@@ -58,12 +60,11 @@ def make_tile(method, size, dims, seed, samples=1, progress=None, **parameters):
     dims = check_dims(dims)
     size = check_size("size", size)
     samples = check_size("samples", samples)
-    rng = np.random.default_rng(check_size("seed", seed, minimum=0))
-    if method == "spectral":
-        values = spectral(size, dims, samples, rng, **parameters, progress=progress)
-    elif parameters:
+    seed = check_size("seed", seed, minimum=0)
+    if parameters and method != "spectral":
         raise ValueError(f"{next(iter(parameters))}: expected only with the method spectral, got it with {method}")
-    else:
-        values = METHODS[method](size, dims, samples, rng)
+    function = METHODS[method]
+    reporting = {"progress": progress} if function in _REPORTING else {}
+    values = function(size, dims, samples, np.random.default_rng(seed), **parameters, **reporting)
     metadata = {"method": method, "parameters": {"size": size, "samples": samples, **parameters}, "seed": seed}
     return Tile(dims, as_unit_float32(values), metadata)

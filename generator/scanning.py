@@ -53,12 +53,15 @@ class Scan:
         self.filled = np.zeros((size, size, samples), dtype=bool)
         self.rings = neighbour_offsets()
 
-    def cells(self):
+    def cells(self, progress=None):
         """Yield (layer, row, column) in scanning order; row 0 of a tile is the lowest, so rows count down."""
-        for layer in range(self.values.shape[2]):
+        layers = self.values.shape[2]
+        for layer in range(layers):
             for row in reversed(range(self.size)):
                 for column in range(self.size):
                     yield layer, row, column
+                if progress:
+                    progress((layer + 1) * self.size - row, layers * self.size)
 
     def neighbours(self, layer, row, column):
         """Return the values of the P-cells and of the S-cells that have one."""
@@ -81,7 +84,7 @@ def best(candidates, distance, keep):
     return candidates[np.argpartition(-distance, keep - 1)[:keep]]
 
 
-def scan_group(size, d, samples, rng, candidates=100, secondary=10):
+def scan_group(size, d, samples, rng, candidates=100, secondary=10, progress=None):
     """Fill a tile for one group of parameters (sections 6 and 7).
 
     Parameters
@@ -95,13 +98,15 @@ def scan_group(size, d, samples, rng, candidates=100, secondary=10):
     rng : numpy.random.Generator
     candidates, secondary : int
         Primary candidates drawn, and how many of them become secondary ones.
+    progress : callable, optional
+        Called as ``progress(done, total)`` after each row.
 
     Returns
     -------
     ndarray of float64, shape (size, size, samples, d), in [0, 1)
     """
     scan = Scan(size, samples, d)
-    for cell in scan.cells():
+    for cell in scan.cells(progress):
         near, far = scan.neighbours(*cell)
         primary = rng.random((candidates, d))
         kept = best(primary, smallest_distance(primary, near), secondary)
@@ -109,12 +114,17 @@ def scan_group(size, d, samples, rng, candidates=100, secondary=10):
     return scan.values
 
 
-def scanning(size, dims, samples, rng):
+def scanning(size, dims, samples, rng, progress=None):
     """Return values whose groups are scanned one by one: good marginal, random joint distributions.
 
-    Parameters and result are those of `generator.white.white`.
+    Parameters and result are those of `generator.white.white`; `progress` is called as in `scan_group`.
     """
     values = np.empty((size, size, samples, len(dims)))
-    for columns in groups(dims).values():
-        values[..., columns] = scan_group(size, len(columns), samples, rng)
+    parts = groups(dims).values()
+    for index, columns in enumerate(parts):
+
+        def report(done, total, index=index):
+            progress(index * total + done, len(parts) * total)
+
+        values[..., columns] = scan_group(size, len(columns), samples, rng, progress=progress and report)
     return values

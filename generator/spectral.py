@@ -1,27 +1,23 @@
 """The spectral optimiser: gradient descent on the power that a low-pass filter lets through.
 
 Mitchell 1991, section 5, asks for little power inside cylinders of low spatial frequency, and leaves "further work ...
-perhaps using exhaustive Monte Carlo search" (section 10). Here that power is minimised itself. For an integrand
-exp(i w.s) the error image is z(p) = exp(i w.s_p) - E z, and what the filter R leaves of it is the sum over image
-frequencies of R^2 |DFT z|^2. Its derivative with respect to the values s_p is exact and costs two FFTs a wave. Every
-step draws new waves (see `generator.plane_waves`) for each marginal subset and moves the values with Adam (Kingma and
-Ba 2015), so what falls is the expectation over all integrands, not the error of some chosen ones.
+perhaps using exhaustive Monte Carlo search" (section 10). Here that power itself (`generator.visible_error`) is
+minimised with Adam (Kingma and Ba 2015). Every step draws new integrands, so what falls is the expectation over all of
+them, not the error of some chosen ones.
 
-The gradient is taken where the values will end up, at the nearest exactly stratified ones, and applied to the free
-values (a straight-through estimator, Bengio et al. 2013), which are pulled along a little.
+The gradient is taken where the values will end up, at the nearest exactly stratified ones (`generator.strata`), and
+applied to the free values (a straight-through estimator, Bengio et al. 2013), which are pulled along a little.
 """
 
 from concurrent.futures import ThreadPoolExecutor
-from itertools import repeat
 
 import numpy as np
 
 from .dimensions import marginal_subsets
-from .layer_views import coupling, frame_views, prefix_views
-from .low_pass import gaussian_response
-from .plane_waves import draw_waves
+from .layer_views import frame_views, prefix_views
 from .strata import Strata
 from .tile import check_size
+from .visible_error import VisibleError, passbands
 
 SCALES = {0.0: 0.1, 1.0: 1.0, 2.0: 0.5, 4.0: 0.3}
 """Standard deviation of a low-pass filter in pixels to its weight, relative to white noise through the same filter.
@@ -36,77 +32,12 @@ FRAME_EMPHASIS = 1.0
 all samples are there, an animation also frame by frame."""
 
 STEPS = 4000
-WAVES_PER_STEP = 64
 STEP_SIZES = (0.05, 0.0002)
 """First and last step size, in units of the cube's side; geometric in between."""
 
 _MOMENTUM, _SCALING = 0.9, 0.99  # Adam's two decay rates
 _PULL = 0.03  # share of the way to the stratified values that the free ones go in a step
 _THREADS = 2
-
-
-def passbands(size, views, scales, emphasis):
-    """Return the energy's terms: pairs of a coupling of layers and a weight of image frequencies.
-
-    Parameters
-    ----------
-    size : int
-        Side T of the tile in pixels.
-    views : ndarray, shape (views, n)
-        See `generator.layer_views`.
-    scales : dict of float to float
-        See `SCALES`.
-    emphasis : float
-        Of views of many layers, see `generator.layer_views.coupling`.
-
-    Returns
-    -------
-    list of (ndarray of float32 (n, n), ndarray of float32 (T, T))
-    """
-    squares = {sigma: gaussian_response(size, sigma) ** 2 for sigma in scales}
-    blurred = sum(scales[sigma] * squares[sigma] / squares[sigma].mean() for sigma in scales if sigma)
-    terms = [(coupling(views, emphasis), blurred)]
-    means = views[np.count_nonzero(views, axis=1) > 1]
-    if scales.get(0.0) and len(means):
-        terms.append((coupling(means, emphasis), scales[0.0] * squares[0.0]))
-    return [(layers.astype(np.float32), band.astype(np.float32)) for layers, band in terms]
-
-
-def filtered_gradient(points, waves, terms):
-    """Return the gradient of the waves' filtered power with respect to the points.
-
-    Parameters
-    ----------
-    points : ndarray of float32, shape (n, T*T, D)
-    waves : PlaneWaves
-    terms : list of (ndarray, ndarray)
-        As returned by `passbands`.
-
-    Returns
-    -------
-    ndarray of float32, shape (n, T*T, d)
-        For the waves' columns, up to a factor that is common to all points and columns.
-    """
-    layers, count, _ = points.shape
-    size = terms[0][1].shape[0]
-    phase = np.einsum("wd,npd->wnp", waves.frequencies, points[..., list(waves.columns)])
-    wave = np.empty(phase.shape, np.complex64)
-    np.cos(phase, out=wave.real)
-    np.sin(phase, out=wave.imag)
-    errors = np.fft.fft2((wave - waves.mean[:, None, None]).reshape(-1, layers, size, size))
-    spectra = sum(_couple(matrix, errors) * band for matrix, band in terms)
-    filtered = np.fft.ifft2(spectra).reshape(-1, layers, count)
-    # d/dphase of conj(e) R^2 e is twice the real part of conj(i z) times the filtered image.
-    slope = wave.real * filtered.imag - wave.imag * filtered.real
-    return np.tensordot(slope, waves.frequencies * waves.weight[:, None], axes=(0, 0))
-
-
-def _couple(matrix, images):
-    """Apply a coupling of layers, shape (n, n), to images of shape (m, n, T, T)."""
-    if len(matrix) == 1:
-        return matrix[0, 0] * images
-    flat = images.reshape(*images.shape[:2], -1)
-    return (matrix @ flat).reshape(images.shape)
 
 
 def _reflect(points):
@@ -138,15 +69,10 @@ def _check_scales(scales):
         raise ValueError("scales: expected a positive sigma with a positive weight, got none")
 
 
-def _descend(strata, layers, pixels, terms, subsets, resolution, rng, steps, progress):
-    """Return stratified points, shape (layers, pixels, D), after Adam's descent from random ones.
-
-    `terms` are those of `passbands`, `subsets` pairs of columns and weight, `resolution` is the number of samples that
-    `generator.plane_waves.draw_waves` asks for.
-    """
+def _descend(error, strata, layers, pixels, rng, steps, progress):
+    """Return stratified points, shape (layers, pixels, D), after Adam's descent on `error` from random ones."""
     free = rng.random((layers, pixels, len(strata.dims)), dtype=np.float32)
     free = strata.nearest(free).astype(np.float32)
-    per_subset = max(2, WAVES_PER_STEP // len(subsets))
     mean = np.zeros_like(free)
     square = np.zeros_like(free)
     first, last = STEP_SIZES
@@ -154,11 +80,7 @@ def _descend(strata, layers, pixels, terms, subsets, resolution, rng, steps, pro
         for step in range(steps):
             points = strata.nearest(free).astype(np.float32)
             free += _PULL * (points - free)
-            waves = [draw_waves(columns, per_subset, rng, resolution) for columns, _ in subsets]
-            gradient = np.zeros_like(free)
-            parts = threads.map(filtered_gradient, repeat(points), waves, repeat(terms))
-            for (columns, weight), part in zip(subsets, parts, strict=True):
-                gradient[..., columns] += weight * part
+            gradient = error.gradient(points, rng, threads)
             mean += (1 - _MOMENTUM) * (gradient - mean)
             square += (1 - _SCALING) * (gradient**2 - square)
             step_size = first * (last / first) ** (step / steps) / (1 - _MOMENTUM ** (step + 1))
@@ -211,10 +133,10 @@ def spectral(size, dims, samples, rng, frames=1, weights=None, scales=None, step
         scales = SCALES if frames == 1 else FRAME_SCALES
     _check_scales(scales)
     subsets = _subset_weights(dims, weights)
-    layers, pixels = samples * frames, size * size
-    strata = Strata(pixels, dims, samples, frames, rng)
     views = prefix_views(samples) if frames == 1 else frame_views(frames)
     terms = passbands(size, views, scales, SAMPLE_EMPHASIS if frames == 1 else FRAME_EMPHASIS)
-    resolution = np.count_nonzero(views, axis=1).max()
-    values = _descend(strata, layers, pixels, terms, subsets, resolution, rng, steps, progress)
+    error = VisibleError(terms, subsets, resolution=np.count_nonzero(views, axis=1).max())
+    layers, pixels = samples * frames, size * size
+    strata = Strata(pixels, dims, samples, frames, rng)
+    values = _descend(error, strata, layers, pixels, rng, steps, progress)
     return values.transpose(1, 0, 2).reshape(size, size, layers, len(dims))

@@ -170,3 +170,11 @@ def test_joint_and_marginal_scanning_wins_in_the_moving_penumbra():
     penumbra = [relative_error(values, (1.0,))[0] for values in (both, marginal, joint)]
     assert penumbra[0] < 0.98 * min(penumbra[1:])
     assert relative_error(both[..., :1], (1.0,))[0] < 0.7 * relative_error(joint[..., :1], (1.0,))[0]
+
+
+@pytest.mark.parametrize("method", ["scanning", "joint-scanning"])
+def test_scanning_reports_every_row_once_and_ends_complete(method):
+    reported = []
+    make_tile(method, 4, ("t", "lens.u", "lens.v"), 1, 2, lambda *numbers: reported.append(numbers))
+    done, totals = zip(*reported, strict=True)
+    assert len(set(totals)) == 1 and list(done) == list(range(1, totals[0] + 1))

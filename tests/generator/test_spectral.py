@@ -8,8 +8,9 @@ from generator.equal_strata import stratify_line, stratify_square
 from generator.layer_views import frame_views, prefix_views
 from generator.owen_nets import OwenNets, nested_shuffles, sobol_cells
 from generator.plane_waves import draw_waves
-from generator.spectral import SCALES, filtered_gradient, passbands
+from generator.spectral import SCALES
 from generator.step_test import relative_error, step_test
+from generator.visible_error import filtered_gradient, passbands
 
 
 def power(points, waves, terms):
