@@ -25,14 +25,14 @@ def _shader():
 
     Raises
     ------
-    RuntimeError
+    Refused
         The shader compiler of this Blender fails.
     """
     source = os.path.join(os.path.dirname(__file__), "camera.osl")
     with tempfile.TemporaryDirectory(prefix="spectral_tiles_") as folder:
         compiled = os.path.join(folder, "camera.oso")
         if not _cycles.osl_compile(source, compiled):
-            raise RuntimeError("Blender's OSL compiler could not compile the camera of Spectral Tiles")
+            raise Refused("Blender's OSL compiler could not compile the camera of Spectral Tiles")
         with open(compiled, encoding="utf-8") as file:
             bytecode = file.read()
     return bytecode, hashlib.md5(bytecode.encode(), usedforsecurity=False).hexdigest()
@@ -90,7 +90,8 @@ def replace(engine, scene, region, plan_path):
     ----------
     engine : bpy.types.RenderEngine
     scene : bpy.types.Scene
-        The *evaluated* scene; it, its camera and that camera's data are written to.
+        The *evaluated* scene, with a camera that `check` lets pass; it, its camera and that camera's data are
+        written to.
     region : addon.region.Region
         The pixels that are rendered.
     plan_path : str
@@ -99,10 +100,9 @@ def replace(engine, scene, region, plan_path):
     Raises
     ------
     Refused
-        See `check`.
+        The camera's shader cannot be compiled.
     """
     camera = scene.camera
-    check(camera)
     data = camera.data
     render = scene.render
     corner, size = _film_plane(engine, camera, *region.frame, (render.pixel_aspect_x, render.pixel_aspect_y))

@@ -7,9 +7,7 @@ import sys
 
 import bpy
 
-
-class Missing(Exception):
-    """This build of Blender has no OpenImageIO module."""
+from .failure import Refused
 
 
 def load():
@@ -20,7 +18,7 @@ def load():
 
     Raises
     ------
-    Missing
+    Refused
         The build has none (distribution packages).
     """
     python = f"python{sys.version_info[0]}.{sys.version_info[1]}"
@@ -30,4 +28,4 @@ def load():
     try:
         return importlib.import_module("OpenImageIO")
     except ImportError as error:
-        raise Missing("This build of Blender has no OpenImageIO module") from error
+        raise Refused("This build of Blender has no OpenImageIO module, which Spectral Tiles needs") from error

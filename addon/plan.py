@@ -12,6 +12,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from . import openimageio
+from .failure import Refused
 
 # Plans kept for the next frames and renders of this process: 4 to 12 bytes a pixel each.
 _REMEMBERED = 4
@@ -53,7 +54,7 @@ class Plan:
 
         Raises
         ------
-        OSError
+        Refused
             The folder is not writable, the disk is full.
         """
         image = np.zeros((self.film.size // self.width, self.width, 4), np.uint16)
@@ -68,7 +69,7 @@ class Plan:
         spec.attribute("compression", "none")
         output = oiio.ImageOutput.create(path)
         if not (output and output.open(path, spec) and output.write_image(image) and output.close()):
-            raise OSError(f"Cannot write the sample plan to {path}: {output.geterror() if output else oiio.geterror()}")
+            raise Refused(f"Cannot write the sample plan to {path}: {output.geterror() if output else oiio.geterror()}")
 
 
 class Memory:

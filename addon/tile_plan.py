@@ -36,7 +36,7 @@ def make(tile, dims, region, samples, seed):
     plan.Plan
     """
     key = (tile.values.tobytes(), tile.dims, dims, region, samples, seed)
-    return memory.get(hash(key), lambda: _match(tile, dims, region, samples, seed))
+    return memory.get(key, lambda: _match(tile, dims, region, samples, seed))
 
 
 def _match(tile, dims, region, samples, seed):

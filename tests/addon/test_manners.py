@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 import generator
+from addon import plan
 from tests import rendering
 
 
@@ -102,6 +103,14 @@ def test_broken_tile(tmp_path, content):
     scene.spectral_tiles.tile = "FILE"
     scene.spectral_tiles.tile_path = str(path)
     render_expecting("Cannot use the tile")
+
+
+def test_plan_cannot_be_written(monkeypatch, tmp_path):
+    """A full disk or an unwritable folder is one line, as any other refusal."""
+    build_scene()
+    write = plan.Plan.write
+    monkeypatch.setattr(plan.Plan, "write", lambda made, path: write(made, str(tmp_path / "missing" / "plan.tif")))
+    render_expecting("Cannot write the sample plan")
 
 
 def test_no_tile_file_set():
