@@ -39,18 +39,6 @@ class SceneUse:
             dims += ["bsdf.u", "bsdf.v"]
         return tuple(dims)
 
-    def __str__(self):
-        parts = []
-        if self.motion_blur:
-            parts.append("motion blur")
-        if self.lens:
-            parts.append("depth of field")
-        if self.lights:
-            parts.append("1 light" if self.lights == 1 else f"{self.lights} lights")
-        if self.bounces:
-            parts.append("indirect light")
-        return ", ".join(parts) or "nothing random"
-
 
 def scene_use(depsgraph):
     """Look a frame over, without touching its geometry.

@@ -68,13 +68,15 @@ def make(use, region, samples, seed):
     -------
     plan.Plan
     """
-    cycles_seed = seed if region.pixels <= _LARGE else 0
     chosen = tuple(groups(use))
-    plan = memory.get((chosen, region, samples, cycles_seed), lambda: _arrange(chosen, region, samples, cycles_seed))
+
+    def remembered(cycles_seed):
+        key = (chosen, region, samples, cycles_seed)
+        return memory.get(key, lambda: _arrange(*key))
+
     if region.pixels <= _LARGE:
-        return plan
-    right, up = np.random.default_rng(seed).integers(0, region.size)
-    return plan.moved(right, up)
+        return remembered(seed)
+    return remembered(0).moved(*np.random.default_rng(seed).integers(0, region.size))
 
 
 def _arrange(chosen, region, samples, seed):

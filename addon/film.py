@@ -30,7 +30,7 @@ def write_passes(engine, region, layer_name, passes):
         for render_pass in result.layers[0].passes:
             pixels = passes.get((render_pass.name, render_pass.view_id))
             if pixels is not None:
-                render_pass.rect.foreach_set(np.ascontiguousarray(pixels).ravel())
+                render_pass.rect.foreach_set(pixels.ravel())
         engine.end_result(result)
 
 

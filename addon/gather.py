@@ -34,7 +34,7 @@ class Job:
     plan : Plan
     layer_name : str
         The view layer.  Its evaluated copy may be gone once Cycles has synchronised.
-    camera_rows : float array, shape (4,), or None
+    depth_row : float array, shape (4,), or None
         Row of the world-to-camera matrix that gives the depth, if the Depth pass is wanted.
     folder : tempfile.TemporaryDirectory
         Holds the plan's image during the render.

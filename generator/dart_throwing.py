@@ -51,10 +51,14 @@ def poisson_disk_radius(radius, rng, d=2, limit=None):
     """
     if not 0 < radius <= 0.5:
         raise ValueError(f"radius: expected a number in (0, 0.5], got {radius!r}")
-    points = np.empty((0, d))
+    return _throw(np.empty((0, d)), radius, rng, FAILURES, limit)
+
+
+def _throw(points, radius, rng, patience, limit=None):
+    """Add free darts to the pattern until `patience` in a row have missed, or it has `limit` points."""
     failures = 0
-    while failures < FAILURES and (limit is None or len(points) < limit):
-        dart = rng.random(d)
+    while failures < patience and (limit is None or len(points) < limit):
+        dart = rng.random(points.shape[1])
         if is_free(dart, points, radius):
             points = np.append(points, dart[None], axis=0)
             failures = 0
@@ -88,16 +92,8 @@ def poisson_disk_count(count, rng, d=2):
     """
     count = check_size("count", count)
     radius = min(0.5, 1.1 * count ** (-1 / d))
-    points = np.empty((0, d))
-    failures = 0
+    points = _throw(np.empty((0, d)), radius, rng, PATIENCE, count)
     while len(points) < count:
-        dart = rng.random(d)
-        if is_free(dart, points, radius):
-            points = np.append(points, dart[None], axis=0)
-            failures = 0
-        else:
-            failures += 1
-        if failures == PATIENCE:
-            radius *= SHRINKING
-            failures = 0
+        radius *= SHRINKING
+        points = _throw(points, radius, rng, PATIENCE, count)
     return points, radius
