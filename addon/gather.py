@@ -14,7 +14,7 @@ import bpy
 import numpy as np
 from cycles import engine as cycles
 
-from . import automatic, camera, film, library, tile_plan
+from . import automatic, camera, denoising, failure, film, library, tile_plan
 from .analysis import scene_use
 from .failure import Refused
 from .plan import Plan
@@ -32,18 +32,23 @@ class Job:
     ----------
     region : Region
     plan : Plan
-    layer_name : str
-        The view layer.  Its evaluated copy may be gone once Cycles has synchronised.
+    scene : bpy.types.Scene
+    layer : bpy.types.ViewLayer
+        The original ones.  Their evaluated copies may be gone once Cycles has synchronised.
     depth_row : float array, shape (4,), or None
         Row of the world-to-camera matrix that gives the depth, if the Depth pass is wanted.
+    denoise : bool
+        Whether the result is to be denoised.
     folder : tempfile.TemporaryDirectory
         Holds the plan's image during the render.
     """
 
     region: Region
     plan: Plan
-    layer_name: str
+    scene: bpy.types.Scene
+    layer: bpy.types.ViewLayer
     depth_row: np.ndarray | None
+    denoise: bool
     folder: tempfile.TemporaryDirectory
 
 
@@ -91,12 +96,15 @@ def prepare(engine, depsgraph):
         # A custom camera's Depth is a distance from the camera; only positions tell the depth along its axis.
         depth_row = -np.array(scene.camera.matrix_world.normalized().inverted())[2]
         engine.add_pass("Position", 3, "XYZ", layer=layer.name)
+    denoise = denoising.wanted(scene, layer)
+    if denoise:
+        denoising.add_passes(engine, layer)
     folder = tempfile.TemporaryDirectory(prefix="spectral_tiles_", dir=bpy.app.tempdir)
     image = os.path.join(folder.name, "plan.tif")
     sample_plan.write(image)
     _set_sampling(scene.cycles, settings.samples, sample_plan.seed)
     camera.replace(engine, scene, region, image)
-    return Job(region, sample_plan, layer.name, depth_row, folder)
+    return Job(region, sample_plan, depsgraph.scene, depsgraph.view_layer, depth_row, denoise, folder)
 
 
 def _set_sampling(settings, samples, seed):
@@ -109,7 +117,8 @@ def _set_sampling(settings, samples, seed):
     settings.use_sample_subset = False
     settings.use_layer_samples = "IGNORE"
     settings.time_limit = 0.0
-    # Cycles' own tiles reach the result only when all layers are done, and its denoiser would see pixels out of order.
+    # Cycles' own tiles reach the result only when all layers are done, and its denoiser would see pixels out of order
+    # (`addon.denoising` calls it once they are in order).
     settings.use_auto_tile = False
     settings.use_denoising = False
 
@@ -118,7 +127,7 @@ def render(engine, depsgraph, job):
     """Run Cycles on a prepared render and put the pixels in order."""
     with job.folder:
         cycles.render(engine, depsgraph)
-    passes = film.read_passes(engine, job.layer_name)
+    passes = film.read_passes(engine, job.layer.name)
     if job.depth_row is not None:
         for (name, view), depth in passes.items():
             if name == "Depth":
@@ -126,4 +135,13 @@ def render(engine, depsgraph, job):
                 hit = depth[:, 0] < _NO_DEPTH
                 depth[hit, 0] = position[hit] @ job.depth_row[:3] + job.depth_row[3]
     ordered = {key: film.scatter(pixels, job.plan.film) for key, pixels in passes.items()}
-    film.write_passes(engine, job.region, job.layer_name, ordered)
+    if job.denoise:
+        ordered |= denoising.noisy(ordered)
+    film.write_passes(engine, job.region, job.layer.name, ordered)
+    if job.denoise and not engine.test_break():
+        engine.update_stats("", "Denoising")
+        try:
+            ordered |= denoising.denoise(job.scene, job.layer, job.region, ordered)
+        except failure.Refused as refused:
+            failure.report(engine, str(refused))
+        film.write_passes(engine, job.region, job.layer.name, ordered)

@@ -2,6 +2,7 @@
 """The panel in the render properties, and Cycles' own panels under our engine."""
 
 import bpy
+from cycles.ui import CYCLES_RENDER_PT_sampling_render_denoise as _CyclesDenoising
 
 from .engine import SpectralTilesRender
 
@@ -42,6 +43,22 @@ class SPECTRAL_TILES_PT_sampling(bpy.types.Panel):
         layout.prop(settings, "driver")
 
 
+class SPECTRAL_TILES_PT_denoising(bpy.types.Panel):
+    bl_label = _CyclesDenoising.bl_label
+    bl_parent_id = "SPECTRAL_TILES_PT_sampling"
+    bl_space_type = "PROPERTIES"
+    bl_region_type = "WINDOW"
+    bl_context = "render"
+    bl_options = {"DEFAULT_CLOSED"}
+    COMPAT_ENGINES = {_ENGINE}
+
+    draw_header = _CyclesDenoising.draw_header
+    draw = _CyclesDenoising.draw
+
+
+_CLASSES = (SPECTRAL_TILES_PT_sampling, SPECTRAL_TILES_PT_denoising)
+
+
 def _cycles_panels(base=bpy.types.Panel):
     """All panels that Cycles shows, and so should this engine, less those that it replaces."""
     for panel in base.__subclasses__():
@@ -51,7 +68,8 @@ def _cycles_panels(base=bpy.types.Panel):
 
 
 def register():
-    bpy.utils.register_class(SPECTRAL_TILES_PT_sampling)
+    for panel in _CLASSES:
+        bpy.utils.register_class(panel)
     for panel in _cycles_panels():
         # Cycles' panels share one set, also with the replaced ones, so each gets a set of its own.
         panel.COMPAT_ENGINES = panel.COMPAT_ENGINES | {_ENGINE}
@@ -60,4 +78,5 @@ def register():
 def unregister():
     for panel in _cycles_panels():
         panel.COMPAT_ENGINES = panel.COMPAT_ENGINES - {_ENGINE}
-    bpy.utils.unregister_class(SPECTRAL_TILES_PT_sampling)
+    for panel in reversed(_CLASSES):
+        bpy.utils.unregister_class(panel)

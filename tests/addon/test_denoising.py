@@ -1,0 +1,88 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The scene's denoising settings are followed, on pixels that are in order."""
+
+import bpy
+import numpy as np
+import pytest
+
+from addon import denoising
+from addon.region import Region
+from tests import rendering
+
+
+def build_scene(width=64, height=48):
+    """Boxes under a soft light: noisy at one sample, and smooth in truth."""
+    scene = rendering.empty_scene(width, height)
+    rendering.add_camera((0, -5, 5), (np.radians(45), 0, 0))
+    rendering.add_plane(8, rendering.diffuse())
+    for x in (-1.5, 0, 1.5):
+        rendering.add_plane(1, rendering.diffuse((0.7, 0.3 + 0.1 * x, 0.2)), (x, 0, 0.8), (0.4, 0.2, x))
+    rendering.add_light("AREA", 300, (1, -1, 4), size=3)
+    rendering.set_world((0.1, 0.1, 0.1))
+    scene.cycles.use_denoising = True
+    bpy.context.view_layer.cycles.denoising_store_passes = True
+    return scene
+
+
+def from_bottom(image):
+    """A pass of `rendering.render` in the form that the add-on works on."""
+    return np.ascontiguousarray(image[::-1]).reshape(-1, image.shape[-1])
+
+
+@pytest.mark.parametrize(
+    "settings",
+    [
+        {},
+        {"denoising_prefilter": "NONE"},
+        {"denoising_prefilter": "FAST", "denoising_quality": "FAST"},
+        {"denoising_input_passes": "RGB"},
+        {"denoising_input_passes": "RGB_ALBEDO"},
+    ],
+    ids=lambda settings: ",".join(settings.values()) or "default",
+)
+def test_is_cycles_own_denoising(tmp_path, settings):
+    """The pixels that native Cycles denoised come out the same, whatever the settings."""
+    scene = build_scene()
+    for name, value in settings.items():
+        setattr(scene.cycles, name, value)
+    native = rendering.render(tmp_path, "CYCLES", samples=2)
+    height, width = native["ViewLayer.Combined"].shape[:2]
+    passes = {
+        (name, ""): from_bottom(native[f"ViewLayer.{name}"])
+        for name in ("Noisy Image", "Denoising Albedo", "Denoising Normal")
+    }
+    ours = denoising.denoise(scene, bpy.context.view_layer, Region((width, height), (0, 0), (width, height)), passes)
+    assert np.allclose(ours["Combined", ""], from_bottom(native["ViewLayer.Combined"]), rtol=1e-4, atol=1e-5)
+    assert np.abs(ours["Combined", ""] - passes["Noisy Image", ""]).max() > 0.05
+
+
+def test_error_is_no_more_than_native_denoised(tmp_path):
+    scene = build_scene()
+    scene.cycles.use_denoising = False
+    reference = rendering.beauty(rendering.render(tmp_path, "CYCLES", samples=1024))
+    scene.cycles.use_denoising = True
+    error = {engine: 0.0 for engine in rendering.ENGINES}
+    for engine in rendering.ENGINES:
+        for seed in range(4):
+            passes = rendering.render(tmp_path, engine, samples=1, seed=seed)
+            noisy = passes["ViewLayer.Noisy Image"] - reference
+            clean = rendering.beauty(passes) - reference
+            assert np.mean(clean**2) < 0.3 * np.mean(noisy**2)
+            error[engine] += np.mean(clean**2)
+    assert error["SPECTRAL_TILES"] < 1.1 * error["CYCLES"]
+
+
+def test_switches(tmp_path):
+    """Neither the scene's switch off nor the layer's leaves anything denoised."""
+    scene = build_scene(16, 16)
+    scene.cycles.use_denoising = False
+    noisy = rendering.render(tmp_path, "SPECTRAL_TILES")
+    assert "ViewLayer.Noisy Image" not in noisy
+    scene.cycles.use_denoising = True
+    clean = rendering.render(tmp_path, "SPECTRAL_TILES")
+    assert np.array_equal(clean["ViewLayer.Noisy Image"], noisy["ViewLayer.Combined"])
+    assert not np.array_equal(clean["ViewLayer.Combined"], noisy["ViewLayer.Combined"])
+    bpy.context.view_layer.cycles.use_denoising = False
+    assert np.array_equal(
+        rendering.render(tmp_path, "SPECTRAL_TILES")["ViewLayer.Combined"], noisy["ViewLayer.Combined"]
+    )
