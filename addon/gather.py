@@ -52,6 +52,42 @@ class Job:
     folder: tempfile.TemporaryDirectory
 
 
+def _check_driver(scene, layer):
+    if scene.spectral_tiles.driver == "SUBRENDER":
+        raise Refused("The sub-render driver is not available yet; set Driver to Automatic or Gather")
+
+
+def _check_build(scene, layer):
+    if not cycles.with_osl():
+        raise Refused("This build of Blender has no Open Shading Language, which Spectral Tiles needs")
+
+
+def _check_device(scene, layer):
+    preferences = bpy.context.preferences.addons["cycles"].preferences
+    kind = preferences.get_compute_device_type()
+    if scene.cycles.device == "GPU" and kind not in {"NONE", "OPTIX"} and preferences.has_active_device():
+        raise Refused(
+            f"Cycles has no Open Shading Language on {kind} devices, which Spectral Tiles needs; "
+            "set Device to CPU, or use OptiX"
+        )
+
+
+def _check_camera(scene, layer):
+    camera.check(scene.camera)
+
+
+def _check_passes(scene, layer):
+    if layer.use_pass_vector and not scene.render.use_motion_blur:
+        raise Refused(
+            f'The Vector pass of view layer "{layer.name}" cannot be rendered with Spectral Tiles; '
+            "switch the pass off, or render it with Cycles"
+        )
+
+
+# Each raises `Refused` if a scene's view layer cannot be rendered this way.  The panel asks them all beforehand.
+CHECKS = (_check_driver, _check_build, _check_device, _check_camera, _check_passes)
+
+
 def prepare(engine, depsgraph):
     """Make the evaluated scene follow a plan; the user's scene is not touched.
 
@@ -71,16 +107,8 @@ def prepare(engine, depsgraph):
     """
     scene, layer = depsgraph.scene_eval, depsgraph.view_layer_eval
     settings = scene.spectral_tiles
-    if settings.driver == "SUBRENDER":
-        raise Refused("The sub-render driver is not available yet; set Driver to Automatic or Gather")
-    if not cycles.with_osl():
-        raise Refused("This build of Blender has no Open Shading Language, which Spectral Tiles needs")
-    camera.check(scene.camera)
-    if layer.use_pass_vector and not scene.render.use_motion_blur:
-        raise Refused(
-            f'The Vector pass of view layer "{layer.name}" cannot be rendered with Spectral Tiles; '
-            "switch the pass off, or render it with Cycles"
-        )
+    for check in CHECKS:
+        check(scene, layer)
     region = Region.of_render(scene.render)
     use = scene_use(depsgraph)
     seed = settings.seed + (scene.frame_current if scene.cycles.use_animated_seed else 0)
@@ -105,6 +133,27 @@ def prepare(engine, depsgraph):
     _set_sampling(scene.cycles, settings.samples, sample_plan.seed)
     camera.replace(engine, scene, region, image)
     return Job(region, sample_plan, depsgraph.scene, depsgraph.view_layer, depth_row, denoise, folder)
+
+
+def ignored(scene):
+    """Settings of Cycles that are in force in this scene but not under this engine (`_set_sampling`).
+
+    Returns
+    -------
+    list of str
+        A line for each, with the way out.
+    """
+    settings = scene.cycles
+    lines = []
+    if settings.use_adaptive_sampling:
+        lines.append("Noise Threshold does not apply: every pixel gets the same Samples")
+    if settings.time_limit > 0.0:
+        lines.append("Time Limit does not apply: choose Samples to fit")
+    if settings.use_sample_subset:
+        lines.append("Sample Subset does not apply: use another Seed for each part")
+    if settings.use_layer_samples != "IGNORE" and any(layer.samples for layer in scene.view_layers):
+        lines.append("Samples of view layers do not apply: all layers get the same Samples")
+    return lines
 
 
 def _set_sampling(settings, samples, seed):
