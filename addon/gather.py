@@ -14,7 +14,7 @@ import bpy
 import numpy as np
 from cycles import engine as cycles
 
-from . import automatic, camera, denoising, failure, film, library, tile_plan
+from . import automatic, camera, denoising, failure, film, layers, library, tile_plan
 from .analysis import scene_use
 from .failure import Refused
 from .plan import Plan
@@ -41,6 +41,8 @@ class Job:
         Whether the result is to be denoised.
     folder : tempfile.TemporaryDirectory
         Holds the plan's image during the render.
+    facts : dict of str to str
+        What the picture should say of the render (`addon.layers`).
     """
 
     region: Region
@@ -50,6 +52,7 @@ class Job:
     depth_row: np.ndarray | None
     denoise: bool
     folder: tempfile.TemporaryDirectory
+    facts: dict
 
 
 def _check_driver(scene, layer):
@@ -130,9 +133,10 @@ def prepare(engine, depsgraph):
     folder = tempfile.TemporaryDirectory(prefix="spectral_tiles_", dir=bpy.app.tempdir)
     image = os.path.join(folder.name, "plan.tif")
     sample_plan.write(image)
+    facts = layers.facts(scene, layer.name, tile, sample_plan, seed, settings.samples)
     _set_sampling(scene.cycles, settings.samples, sample_plan.seed)
     camera.replace(engine, scene, region, image)
-    return Job(region, sample_plan, depsgraph.scene, depsgraph.view_layer, depth_row, denoise, folder)
+    return Job(region, sample_plan, depsgraph.scene, depsgraph.view_layer, depth_row, denoise, folder, facts)
 
 
 def ignored(scene):
@@ -149,8 +153,6 @@ def ignored(scene):
         lines.append("Noise Threshold does not apply: every pixel gets the same Samples")
     if settings.time_limit > 0.0:
         lines.append("Time Limit does not apply: choose Samples to fit")
-    if settings.use_sample_subset:
-        lines.append("Sample Subset does not apply: use another Seed for each part")
     if settings.use_layer_samples != "IGNORE" and any(layer.samples for layer in scene.view_layers):
         lines.append("Samples of view layers do not apply: all layers get the same Samples")
     return lines
@@ -163,7 +165,6 @@ def _set_sampling(settings, samples, seed):
     settings.seed = seed
     settings.use_animated_seed = False
     settings.use_adaptive_sampling = False
-    settings.use_sample_subset = False
     settings.use_layer_samples = "IGNORE"
     settings.time_limit = 0.0
     # Cycles' own tiles reach the result only when all layers are done, and its denoiser would see pixels out of order
@@ -194,3 +195,4 @@ def render(engine, depsgraph, job):
         except failure.Refused as refused:
             failure.report(engine, str(refused))
         film.write_passes(engine, job.region, job.layer.name, ordered)
+    layers.stamp(engine, job.facts)

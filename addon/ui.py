@@ -2,6 +2,7 @@
 """The panel in the render properties, and Cycles' own panels under our engine."""
 
 import bpy
+from cycles.ui import CYCLES_RENDER_PT_sampling_advanced_sample_subset as _CyclesSampleSubset
 from cycles.ui import CYCLES_RENDER_PT_sampling_render_denoise as _CyclesDenoising
 
 from .engine import SpectralTilesRender
@@ -56,7 +57,20 @@ class SPECTRAL_TILES_PT_denoising(bpy.types.Panel):
     draw = _CyclesDenoising.draw
 
 
-_CLASSES = (SPECTRAL_TILES_PT_sampling, SPECTRAL_TILES_PT_denoising)
+class SPECTRAL_TILES_PT_sample_subset(bpy.types.Panel):
+    bl_label = _CyclesSampleSubset.bl_label
+    bl_parent_id = "SPECTRAL_TILES_PT_sampling"
+    bl_space_type = "PROPERTIES"
+    bl_region_type = "WINDOW"
+    bl_context = "render"
+    bl_options = {"DEFAULT_CLOSED"}
+    COMPAT_ENGINES = {_ENGINE}
+
+    draw_header = _CyclesSampleSubset.draw_header
+    draw = _CyclesSampleSubset.draw
+
+
+_CLASSES = (SPECTRAL_TILES_PT_sampling, SPECTRAL_TILES_PT_denoising, SPECTRAL_TILES_PT_sample_subset)
 
 
 def _cycles_panels(base=bpy.types.Panel):

@@ -26,8 +26,8 @@ class _Parser(argparse.ArgumentParser):
         raise ValueError(message)
 
 
-def _parser():
-    parser = _Parser(prog="python -m generator", description="Makes and judges sample tiles.")
+def _parser(program):
+    parser = _Parser(prog=program, description="Makes and judges sample tiles.")
     parser.add_argument("--version", action="version", version=GENERATOR_VERSION)
     commands = parser.add_subparsers(dest="command", required=True)
 
@@ -134,13 +134,15 @@ def _library(options, progress):
     make_library(options.out, options.only and options.only.split(","), progress)
 
 
-def main(arguments=None):
+def main(arguments=None, program="python -m generator"):
     """Run the command line and return its exit code.
 
     Parameters
     ----------
     arguments : sequence of str, optional
         Instead of ``sys.argv[1:]``.
+    program : str
+        What the help calls it.
 
     Returns
     -------
@@ -149,7 +151,7 @@ def main(arguments=None):
     """
     progress = ProgressBar(sys.stderr)
     try:
-        options = _parser().parse_args(arguments)
+        options = _parser(program).parse_args(arguments)
         options.run(options, progress)
     except (ValueError, OSError) as error:
         print(f"generator: {' '.join(str(error).split())}", file=sys.stderr)

@@ -1,0 +1,341 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""A frame's samples split over several renders, and the exact merge of their pictures.
+
+A layer is Cycles' own *sample subset*: a render that takes some of the frame's samples.  Which samples those are does
+not depend on the split, because the plan and Cycles' sequence are those of the whole frame.  So the weighted mean of
+all layers is the picture that one render would have made, but for the rounding of floats.
+"""
+
+import os
+import re
+import tempfile
+import zlib
+from dataclasses import dataclass
+
+import bpy
+import numpy as np
+
+from . import openimageio
+from .failure import Refused
+
+# In the header of a picture; a plan's digest bears the view layer's name.
+_PREFIX = "spectral_tiles."
+_PLAN = "plan."
+
+# Rows that are merged at a time.
+_BAND = 64
+
+# Passes that Cycles writes for a pixel's sample 0 only (kernel/film/data_passes.h).
+_FIRST_SAMPLE = {"Depth", "Position", "Object Index", "Material Index"}
+_CRYPTOMATTE = re.compile(r"(.*\.Crypto[A-Za-z]+)\d\d\.")
+
+# Facts of the layers' own renders, which say nothing about the merged picture.
+_OF_ONE_RENDER = re.compile(r"Date|RenderTime|cycles\..*time|openexr:chunkCount|oiio:subimages")
+
+
+def part(samples, layer, layers):
+    """The samples of one layer, as nearly equal a share as whole samples allow.
+
+    Parameters
+    ----------
+    samples : int
+        Samples a pixel of the whole frame.
+    layer, layers : int
+        Layer number, from 1, of how many.
+
+    Returns
+    -------
+    (int, int)
+        First sample and how many.
+    """
+    first = samples * (layer - 1) // layers
+    return first, samples * layer // layers - first
+
+
+def file_of(path, layer, layers):
+    """Path of a layer of the frame that goes to `path`."""
+    return f"{os.path.splitext(path)[0]}_layer{layer}of{layers}.exr"
+
+
+def subset(settings, samples):
+    """First sample and number of samples that Cycles' sample subset leaves of a frame; raises `Refused` if none.
+
+    Parameters
+    ----------
+    settings : CyclesRenderSettings
+    samples : int
+        Of the whole frame.
+    """
+    if not settings.use_sample_subset:
+        return 0, samples
+    if settings.sample_offset >= samples:
+        raise Refused(f"The sample subset starts at sample {settings.sample_offset}, but the frame has {samples}")
+    return settings.sample_offset, min(settings.sample_subset_length, samples - settings.sample_offset)
+
+
+def facts(scene, layer_name, tile, plan, seed, samples):
+    """What `merge` must know of a render, to be written into its picture.
+
+    Parameters
+    ----------
+    scene : bpy.types.Scene
+        Before its settings are made those of the plan.
+    layer_name : str
+        The view layer.
+    tile : generator.Tile or None
+    plan : plan.Plan
+    seed : int
+        Asked for; the plan may have another one.
+    samples : int
+        Of the whole frame.
+
+    Returns
+    -------
+    dict of str to str
+    """
+    first, count = subset(scene.cycles, samples)
+    digest = "" if tile is None else f" {zlib.crc32(tile.values.tobytes()):08x}"
+    return {
+        "blender": bpy.app.version_string,
+        "frame": str(scene.frame_current),
+        "samples": str(samples),
+        "seed": str(seed),
+        "subset": f"{first} {count}",
+        "tile": scene.spectral_tiles.tile + digest,
+        f"{_PLAN}{layer_name}": f"{zlib.crc32(plan.film):08x}",
+    }
+
+
+def stamp(engine, known):
+    """Put `facts` into the engine's result; Blender saves them with the picture."""
+    result = engine.get_result()
+    for name, value in known.items():
+        result.stamp_data_add_field(_PREFIX + name, value)
+
+
+def files_of(path):
+    """The files of all layers of the frame that goes to `path`.
+
+    Raises
+    ------
+    Refused
+        There are none, or one is missing, or there are those of several splits.
+    """
+    folder = os.path.dirname(os.path.abspath(path))
+    stem = re.escape(os.path.splitext(os.path.basename(path))[0])
+    names = [re.fullmatch(rf"{stem}_layer\d+of(\d+)\.exr", name) for name in sorted(os.listdir(folder))]
+    splits = {int(match[1]) for match in names if match}
+    if not splits:
+        raise Refused(f"There are no layers {file_of(path, 1, 'N')}")
+    if len(splits) > 1:
+        raise Refused(f"There are layers of several splits beside {path}: of {', of '.join(map(str, sorted(splits)))}")
+    layers = splits.pop()
+    files = [file_of(path, layer, layers) for layer in range(1, layers + 1)]
+    if missing := [file for file in files if not os.path.isfile(file)]:
+        raise Refused(f"Missing: {', '.join(missing)}")
+    return files
+
+
+def merge(files, path):
+    """Merge the layers of a frame; the result does not depend on their order.
+
+    Parameters
+    ----------
+    files : list of str
+        Multilayer EXR files, all of one frame.
+    path : str
+        The merged picture, which appears complete or not at all.
+
+    Returns
+    -------
+    samples : int
+        Samples a pixel of the frame.
+    exact : bool
+        Whether all layers followed one plan, so that the picture is that of one render.  Machines with another
+        processor or other libraries may round a plan's choices differently; the mean is then as good, but not the same.
+
+    Raises
+    ------
+    Refused
+        A file is missing, damaged or no layer; they are of different frames, tiles, seeds, sizes or Blender versions;
+        samples are missing or in two files.
+    OSError
+        The picture cannot be written.
+    """
+    layers = sorted((_Layer.read(file) for file in files), key=lambda layer: layer.first)
+    exact = _check_alike(layers)
+    _check_complete(layers)
+    specs = layers[0].specs
+    names = [name for spec in specs for name in spec.channelnames]
+    height, width = specs[0].height, specs[0].width
+    merged = np.empty((height, width, len(names)), np.float32)
+    weights = [layer.count / layers[0].samples for layer in layers]
+    for top in range(0, height, _BAND):
+        band = slice(top, min(top + _BAND, height))
+        merged[band] = _mean([layer.rows(band) for layer in layers], weights, names)
+    _write(path, layers[0], merged)
+    return layers[0].samples, exact
+
+
+@dataclass(frozen=True)
+class _Layer:
+    """A layer's file.
+
+    Attributes
+    ----------
+    path : str
+    known : dict of str to str
+        Its `facts`, size and passes.
+    first, count, samples : int
+        First sample, how many, and those of the whole frame.
+    specs : list of OpenImageIO.ImageSpec
+        Of its parts, which hold a pass each, or all passes.
+    image : OpenImageIO.ImageInput
+    """
+
+    path: str
+    known: dict
+    first: int
+    count: int
+    samples: int
+    specs: list
+    image: object
+
+    @classmethod
+    def read(cls, path):
+        """Open a file and read what it says of itself."""
+        if not os.path.isfile(path):
+            raise Refused(f"Missing: {path}")
+        oiio = openimageio.load()
+        image = oiio.ImageInput.open(path)
+        if image is None:
+            raise Refused(f"{path} is damaged or truncated: {_one_line(oiio.geterror())}")
+        specs = []
+        while image.seek_subimage(len(specs), 0):
+            specs.append(image.spec())
+        attributes = {attribute.name: attribute.value for attribute in specs[0].extra_attribs}
+        known = {name.removeprefix(_PREFIX): value for name, value in attributes.items() if name.startswith(_PREFIX)}
+        if "subset" not in known:
+            raise Refused(f"{path} was not rendered with Spectral Tiles")
+        names = [name for spec in specs for name in spec.channelnames]
+        if any(".Noisy Image." in name for name in names):
+            raise Refused(f"{path} was denoised; denoise after merging")
+        known["size"] = f"{specs[0].width} x {specs[0].height}"
+        known["passes"] = ", ".join(names)
+        first, count = map(int, known.pop("subset").split())
+        return cls(path, known, first, count, int(known["samples"]), specs, image)
+
+    def rows(self, band):
+        """Some rows of all channels, float32 (rows, width, channels)."""
+        parts = []
+        for index, spec in enumerate(self.specs):
+            start, stop = spec.y + band.start, spec.y + band.stop
+            pixels = self.image.read_scanlines(index, 0, start, stop, 0, 0, spec.nchannels, "float")
+            if pixels is None:
+                raise Refused(f"{self.path} is damaged or truncated: {_one_line(self.image.geterror())}")
+            parts.append(pixels.reshape(stop - start, spec.width, -1))
+        return np.concatenate(parts, axis=2)
+
+
+def _check_alike(layers):
+    """Raise `Refused` unless all are layers of one frame; return whether they also followed one plan."""
+    one = layers[0]
+    exact = True
+    for other in layers[1:]:
+        for name in sorted(one.known.keys() | other.known.keys()):
+            values = [layer.known.get(name, "none") for layer in (one, other)]
+            if values[0] == values[1]:
+                continue
+            if not name.startswith(_PLAN):
+                raise Refused(f"{other.path} and {one.path} differ in {name}: {values[1]} and {values[0]}")
+            exact = False
+    return exact
+
+
+def _check_complete(layers):
+    """Raise `Refused` unless the layers, in order, hold every sample once."""
+    reached = 0
+    for before, layer in zip([None, *layers], layers, strict=False):
+        if layer.first > reached:
+            raise Refused(_missing(reached, layer.first, layer.samples))
+        if layer.first < reached:
+            raise Refused(f"{before.path} and {layer.path} hold the same samples")
+        reached += layer.count
+    if reached < layers[0].samples:
+        raise Refused(_missing(reached, layers[0].samples, layers[0].samples))
+
+
+def _missing(start, stop, samples):
+    return f"No layer holds samples {start + 1} to {stop} of {samples}"
+
+
+def _mean(pictures, weights, names):
+    """Weighted mean of the same rows of all layers, (rows, width, channels), in the order given."""
+    total = sum(weight * picture.astype(np.float64) for weight, picture in zip(weights, pictures, strict=True))
+    cryptomattes = {}
+    for column, name in enumerate(names):
+        if name.split(".")[-2] in _FIRST_SAMPLE:
+            total[..., column] = pictures[0][..., column]
+        if match := _CRYPTOMATTE.match(name):
+            cryptomattes.setdefault(match[1], []).append((name[:-1], "rgba".index(name[-1]), column))
+    for columns in cryptomattes.values():
+        order = [column for *_, column in sorted(columns)]
+        total[..., order] = _cryptomatte([picture[..., order] for picture in pictures], weights)
+    return total
+
+
+def _cryptomatte(pictures, weights):
+    """Merged ranks of identifiers and coverages, (rows, width, 2 * ranks): coverages of one identifier add up."""
+    shape = pictures[0].shape
+    ranks = shape[-1] // 2
+    ids = np.concatenate([picture[..., 0::2] for picture in pictures], axis=-1).reshape(-1, len(pictures) * ranks)
+    coverage = np.concatenate(
+        [weight * picture[..., 1::2].astype(np.float64) for weight, picture in zip(weights, pictures, strict=True)],
+        axis=-1,
+    ).reshape(ids.shape)
+    order = np.argsort(ids, axis=1, kind="stable")
+    ids, coverage = (np.take_along_axis(values, order, axis=1) for values in (ids, coverage))
+    pixel = np.arange(len(ids))[:, None]
+    run = np.cumsum(np.diff(ids, axis=1, prepend=ids[:, :1]) != 0, axis=1)
+    total, owner = np.zeros_like(coverage), np.zeros_like(ids)
+    np.add.at(total, (pixel, run), coverage)
+    owner[pixel, run] = ids
+    best = np.argsort(-total, axis=1, kind="stable")[:, :ranks]
+    ranked = (np.take_along_axis(values, best, axis=1) for values in (owner, total))
+    return np.stack(list(ranked), axis=-1).reshape(shape)
+
+
+def _write(path, layer, pixels):
+    """Write a picture of the form of `layer`, with what its header says of the frame."""
+    oiio = openimageio.load()
+    specs = []
+    for spec in layer.specs:
+        kept = oiio.ImageSpec(spec)
+        for name in [attribute.name for attribute in spec.extra_attribs]:
+            if _OF_ONE_RENDER.fullmatch(name):
+                kept.erase_attribute(name)
+            elif re.fullmatch(r"cycles\..*\.samples", name):
+                kept.attribute(name, str(layer.samples))
+        # Or else OpenImageIO writes the time of merging, and the same layers give another file each time.
+        kept.attribute("DateTime", "")
+        specs.append(kept)
+    specs[0].attribute(_PREFIX + "subset", f"0 {layer.samples}")
+    folder, name = os.path.split(os.path.abspath(path))
+    with tempfile.TemporaryDirectory(prefix=".spectral_tiles_", dir=folder) as unfinished:
+        temporary = os.path.join(unfinished, name)
+        output = oiio.ImageOutput.create(temporary)
+        written = bool(output) and output.open(temporary, tuple(specs))
+        column = 0
+        for index, spec in enumerate(specs):
+            if written and index:
+                written = output.open(temporary, spec, "AppendSubimage")
+            columns = pixels[..., column : column + spec.nchannels]
+            written = written and output.write_image(np.ascontiguousarray(columns))
+            column += spec.nchannels
+        if not (written and output.close()):
+            raise OSError(f"Cannot write {path}: {_one_line(output.geterror() if output else oiio.geterror())}")
+        os.replace(temporary, path)
+
+
+def _one_line(text):
+    return " ".join(text.split())

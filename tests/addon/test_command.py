@@ -1,0 +1,130 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The command line: what it writes and prints, and its exit codes."""
+
+import json
+import re
+
+import bpy
+import numpy as np
+import pytest
+
+from addon import command, comparison, openimageio
+from tests import rendering
+
+
+@pytest.fixture
+def scene_file(tmp_path):
+    scene = rendering.empty_scene(32, 24)
+    rendering.add_plane(20, rendering.diffuse())
+    rendering.add_light("AREA", 500, (2, 2, 5), size=4.0)
+    rendering.add_camera()
+    scene.frame_start, scene.frame_end = 1, 3
+    path = tmp_path / "scene.blend"
+    bpy.ops.wm.save_as_mainfile(filepath=str(path))
+    return str(path)
+
+
+def run(*arguments):
+    return command.run([str(argument) for argument in arguments])
+
+
+def test_render(scene_file, tmp_path, capfd):
+    summary = tmp_path / "summary.json"
+    output = tmp_path / "out" / "picture_##.png"
+    options = ("--frames", "1,3", "--samples", "4", "--percentage", "50", "--json", summary)
+    assert run("render", scene_file, "--output", output, *options) == command.DONE
+    assert sorted(path.name for path in output.parent.iterdir()) == ["picture_01.png", "picture_03.png"]
+    said = json.loads(summary.read_text())
+    assert said["files"] == [str(output.parent / name) for name in ("picture_01.png", "picture_03.png")]
+    assert (said["samples"], said["first_sample"], said["samples_taken"]) == (4, 0, 4)
+    assert [frame["frame"] for frame in said["frames"]] == [1, 3] and said["seconds"] > 0
+    assert openimageio.load().ImageBuf(said["files"][0]).spec().width == 16
+
+    printed = capfd.readouterr().out
+    percents = [int(number) for number in re.findall(r"^openjd_progress: (\d+)$", printed, re.MULTILINE)]
+    assert percents == sorted(set(percents)) and percents[0] == 0 and percents[-1] == 100
+    assert re.findall(r"^openjd_status: (.*)$", printed, re.MULTILINE) == ["frame 1, 1 of 2", "frame 3, 2 of 2"]
+
+
+def test_render_where_the_scene_says(scene_file, tmp_path):
+    assert run("render", scene_file, "--frames", "all", "--output", tmp_path / "f") == command.DONE
+    assert sorted(path.name for path in tmp_path.glob("f*")) == ["f0001.png", "f0002.png", "f0003.png"]
+
+
+def test_compare(scene_file, tmp_path, capfd):
+    folder = tmp_path / "pictures"
+    assert run("compare", scene_file, "--out", folder, "--reference-samples", "16", "--json", "-") == command.DONE
+    names = [f"{name}.{ending}" for name in ("cycles", "spectral_tiles") for ending in ("exr", "png")]
+    assert sorted(path.name for path in folder.iterdir()) == names
+    summary = json.loads(capfd.readouterr().out.splitlines()[-1])
+    assert [error.keys() for error in summary["errors"].values()] == 3 * [{"cycles", "spectral_tiles", "ratio"}]
+    # Both took one sample of the same light, so their unfiltered errors are of one size.
+    assert 0.7 < summary["errors"]["sigma 0"]["ratio"] < 1.4
+
+
+def test_comparison_measures_known_errors():
+    """White noise of known variance, against two noisy halves: unbiased, and smaller through a Gaussian."""
+    random = np.random.default_rng(1)
+    truth = random.random((128, 128))
+    pictures = {name: truth + random.normal(0, 0.1, truth.shape) for name in comparison.ENGINES.values()}
+    halves = [truth + random.normal(0, 0.05, truth.shape) for _ in range(2)]
+    for sigma in comparison.SIGMAS:
+        # A Gaussian leaves 1 / (4 pi sigma^2) of white noise's variance; 16,384 pixels tell it to a few percent.
+        expected = 0.01 / (4 * np.pi * sigma**2) if sigma else 0.01
+        found = comparison._errors(pictures, halves, sigma)
+        assert found["cycles"] == pytest.approx(expected, rel=0.15)
+        assert found["spectral_tiles"] == pytest.approx(expected, rel=0.15)
+
+
+def test_a_refused_render_is_one_line_and_code_1(scene_file, tmp_path, capfd):
+    summary = tmp_path / "summary.json"
+    output = tmp_path / "out" / "picture.png"
+    refused = ("render", scene_file, "--output", output, "--tile", tmp_path / "none.npz", "--json", summary)
+    assert run(*refused) == command.FAILED
+    errors = [line for line in capfd.readouterr().err.splitlines() if line.startswith("spectral_tiles: ")]
+    assert len(errors) == 1 and "none.npz" in errors[0]
+    assert "none.npz" in json.loads(summary.read_text())["error"]
+    assert not list(output.parent.iterdir())
+
+
+def test_failures_are_code_1(scene_file, tmp_path):
+    garbage = tmp_path / "garbage.blend"
+    garbage.write_text("no scene")
+    assert run("render", garbage) == command.FAILED
+    assert run("render", scene_file, "--scene", "None of them") == command.FAILED
+    assert run("render", scene_file, "--layer", "1/4", "--samples", "2") == command.FAILED
+    assert run("render", scene_file, "--output", scene_file + "/picture.png") == command.FAILED
+    assert run("merge", tmp_path / "picture.exr") == command.FAILED
+
+
+@pytest.mark.parametrize(
+    "arguments",
+    [
+        [],
+        ["dance"],
+        ["render"],
+        ["render", "missing.blend"],
+        ["render", __file__, "--samples", "0"],
+        ["render", __file__, "--seed", "-1"],
+        ["render", __file__, "--frames", "4-1"],
+        ["render", __file__, "--frames", "x"],
+        ["render", __file__, "--layer", "5/4"],
+        ["render", __file__, "--layer", "2"],
+        ["compare", __file__],
+        ["merge"],
+        ["tile", "info", "missing.npz"],
+        ["tile"],
+    ],
+)
+def test_wrong_use_is_code_2(arguments):
+    assert run(*arguments) == command.WRONG_USE
+
+
+def test_help_and_tiles(tmp_path, capsys):
+    for arguments in (["--help"], ["render", "--help"], ["compare", "--help"], ["merge", "--help"]):
+        assert run(*arguments) == command.DONE
+        assert "usage: blender --command spectral_tiles" in capsys.readouterr().out
+    tile = tmp_path / "tile.npz"
+    assert run("tile", "make", "--size", "8", "--method", "white", "--dims", "t", "--out", tile) == command.DONE
+    assert run("tile", "info", tile) == command.DONE
+    assert "8 x 8 pixels" in capsys.readouterr().out

@@ -1,0 +1,182 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Layers of a frame's samples: merged they are the frame; what does not belong together is refused."""
+
+import itertools
+import time
+
+import bpy
+import numpy as np
+import pytest
+
+import generator
+from addon import command, failure, layers, still
+from tests import rendering
+
+
+@pytest.fixture
+def scene_file(tmp_path):
+    """A small scene that uses every dimension, with passes of every kind."""
+    scene = rendering.empty_scene(48, 36)
+    rendering.add_plane(20, rendering.diffuse())
+    rendering.spin(rendering.add_plane(2, rendering.glossy(), location=(0, 0, 1)), 40)
+    rendering.add_light("AREA", 500, (2, 2, 5), size=2.0)
+    rendering.add_light("POINT", 300, (-3, 1, 4))
+    rendering.set_world((0.2, 0.3, 0.5))
+    camera = rendering.add_camera()
+    camera.data.dof.use_dof, camera.data.dof.aperture_fstop, camera.data.dof.focus_distance = True, 0.2, 8
+    scene.render.use_motion_blur = True
+    layer = bpy.context.view_layer
+    layer.use_pass_z = layer.use_pass_normal = layer.use_pass_object_index = layer.use_pass_position = True
+    layer.use_pass_cryptomatte_object = True
+    scene.render.image_settings.media_type = "MULTI_LAYER_IMAGE"
+    scene.render.image_settings.file_format = "OPEN_EXR_MULTILAYER"
+    scene.render.image_settings.color_depth = "32"
+    path = tmp_path / "scene.blend"
+    bpy.ops.wm.save_as_mainfile(filepath=str(path))
+    return path
+
+
+def render(scene_file, output, *options, samples=16):
+    arguments = ["render", str(scene_file), "--samples", str(samples), "--output", str(output), *options]
+    assert command.run(arguments) == command.DONE
+
+
+def render_layers(scene_file, output, count, *options, samples=16):
+    for layer in range(1, count + 1):
+        render(scene_file, output, "--layer", f"{layer}/{count}", *options, samples=samples)
+    return [layers.file_of(str(output), layer, count) for layer in range(1, count + 1)]
+
+
+def coverages(ranks):
+    """Cryptomatte ranks of a pixel as {identifier: coverage}."""
+    return {identifier: coverage for identifier, coverage in ranks.reshape(-1, 2).tolist() if coverage > 0.0}
+
+
+@pytest.mark.parametrize(("count", "tile"), [(4, None), (4, "file"), (3, None)])
+def test_merged_layers_are_the_frame(scene_file, tmp_path, count, tile):
+    options = []
+    if tile:
+        values = np.random.default_rng(5).random((16, 16, 1, 5), dtype=np.float32)
+        made = generator.Tile(("t", "lens.u", "lens.v", "light.u", "light.v"), values, {"method": "white"})
+        generator.save_tile(made, tmp_path / "tile.npz")
+        options = ["--tile", str(tmp_path / "tile.npz")]
+    render(scene_file, tmp_path / "whole.exr", *options)
+    render_layers(scene_file, tmp_path / "frame.exr", count, *options)
+    assert command.run(["merge", str(tmp_path / "frame.exr")]) == command.DONE
+    whole, merged = (rendering.read_exr(tmp_path / name) for name in ("whole.exr", "frame.exr"))
+    assert whole.keys() == merged.keys()
+    for name, pixels in whole.items():
+        if "Crypto" in name:
+            continue
+        # Sixteen sums of single precision on either side.
+        rounding = 16 * np.finfo(np.float32).eps * np.abs(pixels).max()
+        np.testing.assert_allclose(merged[name], pixels, rtol=0, atol=rounding, err_msg=name)
+    ranks = [np.concatenate([image[n] for n in sorted(image) if "Crypto" in n], axis=2) for image in (whole, merged)]
+    for pixel in itertools.product(range(0, 36, 5), range(0, 48, 5)):
+        expected, found = (coverages(image[pixel]) for image in ranks)
+        assert found == pytest.approx(expected, abs=1e-5)
+    assert not [path for path in tmp_path.iterdir() if path.name.startswith(".")]
+
+
+def test_order_and_a_retried_task_change_no_bit(scene_file, tmp_path, monkeypatch):
+    frame = tmp_path / "frame.exr"
+    files = render_layers(scene_file, frame, 4, samples=4)
+    layers.merge(files, str(frame))
+    first = frame.read_bytes()
+    time.sleep(1.1)  # a clock that is read shows
+    for order in ((3, 1, 0, 2), (1, 3, 2, 0)):
+        layers.merge([files[k] for k in order], str(frame))
+        assert frame.read_bytes() == first
+
+    # The third task dies before its file is complete, and runs again.
+    before = {path.name for path in tmp_path.iterdir()}
+
+    def die(*_):
+        raise OSError("the machine went away")
+
+    (tmp_path / "frame_layer3of4.exr").unlink()
+    with monkeypatch.context() as patch:
+        patch.setattr(still.os, "replace", die)
+        arguments = ["render", str(scene_file), "--samples", "4", "--output", str(frame), "--layer", "3/4"]
+        assert command.run(arguments) == command.FAILED
+    assert {path.name for path in tmp_path.iterdir()} == before - {"frame_layer3of4.exr"}
+    assert command.run(arguments) == command.DONE
+    layers.merge(files, str(frame))
+    assert frame.read_bytes() == first
+
+
+def test_what_does_not_belong_together_is_refused(scene_file, tmp_path, monkeypatch, capsys):
+    one, _ = render_layers(scene_file, tmp_path / "one.exr", 2, samples=2)
+
+    def refused(expected, *options, samples=2):
+        render(scene_file, tmp_path / "two.exr", "--layer", "2/2", *options, samples=samples)
+        two = layers.file_of(str(tmp_path / "two.exr"), 2, 2)
+        with pytest.raises(failure.Refused, match=expected) as refusal:
+            layers.merge([two, one], str(tmp_path / "frame.exr"))
+        assert one in str(refusal.value) and two in str(refusal.value)
+
+    refused("differ in seed: 7 and 0", "--seed", "7")
+    refused("differ in tile: SPECTRAL_64", "--tile", "spectral_64")
+    refused("differ in size: 24 x 18 and 48 x 36", "--percentage", "50")
+    refused("differ in samples", samples=4)
+    refused("differ in frame", "--frames", "2")
+    stamp = layers.stamp
+    with monkeypatch.context() as patch:
+        patch.setattr(layers, "stamp", lambda engine, known: stamp(engine, known | {"blender": "5.3.0"}))
+        refused("differ in blender: 5.3.0")
+    assert not (tmp_path / "frame.exr").exists()
+
+    # Another plan is another arrangement of equally good samples: sound, but not the same picture.
+    with monkeypatch.context() as patch:
+        patch.setattr(layers, "stamp", lambda engine, known: stamp(engine, known | {"plan.ViewLayer": "0"}))
+        render(scene_file, tmp_path / "one.exr", "--layer", "2/2", samples=2)
+    assert command.run(["merge", str(tmp_path / "one.exr")]) == command.DONE
+    assert "plans differ" in capsys.readouterr().err
+
+
+def test_missing_and_truncated_layers_are_named(scene_file, tmp_path):
+    frame = str(tmp_path / "frame.exr")
+    with pytest.raises(failure.Refused, match="no layers"):
+        layers.files_of(frame)
+    files = render_layers(scene_file, frame, 4, samples=4)
+    with pytest.raises(failure.Refused, match="No layer holds samples 3 to 3 of 4"):
+        layers.merge([files[0], files[1], files[3]], frame)
+    with pytest.raises(failure.Refused, match=r"frame_layer2of4\.exr and .*frame_layer2of4\.exr hold the same samples"):
+        layers.merge([*files, files[1]], frame)
+    third = tmp_path / "frame_layer3of4.exr"
+    whole = third.read_bytes()
+    for size in (0, 100, len(whole) // 2, len(whole) - 100):
+        third.write_bytes(whole[:size])
+        with pytest.raises(failure.Refused, match=r"frame_layer3of4\.exr is damaged"):
+            layers.merge(files, frame)
+    third.unlink()
+    with pytest.raises(failure.Refused, match=r"Missing: .*frame_layer3of4\.exr"):
+        layers.files_of(frame)
+    assert not (tmp_path / "frame.exr").exists()
+
+
+def test_a_subset_beyond_the_samples_is_refused(scene_file):
+    scene = bpy.context.scene
+    scene.render.engine = "SPECTRAL_TILES"
+    scene.cycles.use_sample_subset, scene.cycles.sample_offset = True, scene.spectral_tiles.samples
+    with pytest.raises(RuntimeError, match="sample subset starts"):
+        bpy.ops.render.render()
+
+
+def test_a_denoised_layer_is_refused(scene_file, tmp_path):
+    """As a farm may make it that sets Cycles' sample subset by itself."""
+    scene = bpy.context.scene
+    scene.render.engine = "SPECTRAL_TILES"
+    scene.cycles.use_denoising = True
+    path = str(tmp_path / "layer.exr")
+    still.render(scene, path)
+    with pytest.raises(failure.Refused, match=r"layer\.exr was denoised"):
+        layers.merge([path], str(tmp_path / "frame.exr"))
+
+
+def test_parts_are_all_samples():
+    for samples, count in ((16, 4), (16, 3), (5, 5)):
+        parts = [layers.part(samples, layer, count) for layer in range(1, count + 1)]
+        taken = [sample for first, length in parts for sample in range(first, first + length)]
+        assert taken == list(range(samples))
+        assert max(length for _, length in parts) - min(length for _, length in parts) <= 1
