@@ -4,6 +4,7 @@
 Units are Blender's: metres, radians, watts. Colours are linear RGB.
 """
 
+import itertools
 import math
 from collections.abc import Mapping, Sequence
 from typing import NamedTuple
@@ -135,6 +136,18 @@ def add_torus(name: str, radii: Sequence[float], material: bpy.types.Material, p
     return place(name, mesh, pose)
 
 
+def mesh_of_revolution(name: str, outline: Sequence[Sequence[float]], material: bpy.types.Material) -> bpy.types.Mesh:
+    """Make what a lathe makes: an outline of (radius, height) turned about z."""
+    shape = bmesh.new()
+    line = [shape.verts.new((radius, 0.0, height)) for radius, height in outline]
+    edges = [shape.edges.new(pair) for pair in itertools.pairwise(line)]
+    axis, turn = (0, 0, 1), 2 * math.pi
+    bmesh.ops.spin(shape, geom=line + edges, cent=(0, 0, 0), axis=axis, angle=turn, steps=48, use_merge=True)
+    bmesh.ops.remove_doubles(shape, verts=shape.verts[:], dist=1e-5)
+    bmesh.ops.recalc_face_normals(shape, faces=shape.faces[:])
+    return mesh_of(name, shape, material, smooth=True)
+
+
 # --- Materials -------------------------------------------------------------------------------------------------------
 
 
@@ -164,6 +177,20 @@ def mottled_material(name: str, colors: Sequence[Vec3], scale: float, **inputs: 
     links.new(coordinates.outputs["Object"], noise.inputs["Vector"])
     links.new(noise.outputs[0], ramp.inputs["Fac"])
     links.new(ramp.outputs["Color"], nodes["Principled BSDF"].inputs["Base Color"])
+    return made
+
+
+def checkered_material(name: str, colors: Sequence[Vec3], squares: float, **inputs: float) -> bpy.types.Material:
+    """Make a Principled material of two colours in squares, that many along a unit of the object's coordinates."""
+    made = material(name, colors[0], **inputs)
+    nodes, links = made.node_tree.nodes, made.node_tree.links
+    coordinates = nodes.new("ShaderNodeTexCoord")
+    checker = nodes.new("ShaderNodeTexChecker")
+    checker.inputs["Scale"].default_value = squares
+    for socket, color in zip(("Color1", "Color2"), colors, strict=True):
+        checker.inputs[socket].default_value = (*color, 1.0)
+    links.new(coordinates.outputs["Object"], checker.inputs["Vector"])
+    links.new(checker.outputs["Color"], nodes["Principled BSDF"].inputs["Base Color"])
     return made
 
 
@@ -217,6 +244,41 @@ def set_world(color: Vec3, strength: float = 1.0) -> bpy.types.World:
     return world
 
 
+def light_as_in_1991(ambient: float, reflections: int = 0) -> None:
+    """Light the scene as the ray tracers of the paper did: directly from its lamps, plus a constant ambient term.
+
+    So nothing but the effect that a scene demonstrates is left to sample. The ambient term is emission in each
+    material's own colour, which Cycles must neither take for a lamp nor let fall on other surfaces.
+
+    Parameters
+    ----------
+    ambient : float
+        Part of its colour that a surface shows without any light; materials that emit already are left alone.
+    reflections : int
+        How often glossy surfaces reflect.
+    """
+    cycles = bpy.context.scene.cycles
+    cycles.max_bounces = cycles.glossy_bounces = reflections
+    cycles.diffuse_bounces = cycles.transmission_bounces = cycles.volume_bounces = 0
+    seen_in = [obj for obj in bpy.context.scene.objects if obj.type != "LIGHT"]
+    if world := bpy.context.scene.world:
+        world.cycles.sampling_method = "NONE"
+        seen_in.append(world.cycles_visibility)
+    for seen in seen_in:
+        prefix = "visible_" if isinstance(seen, bpy.types.Object) else ""
+        setattr(seen, f"{prefix}diffuse", False)
+        setattr(seen, f"{prefix}glossy", reflections > 0)
+    for made in bpy.data.materials:
+        made.cycles.emission_sampling = "NONE"
+        principled = made.node_tree.nodes.get("Principled BSDF")
+        if principled and not principled.inputs["Emission Strength"].default_value:
+            color, glow = principled.inputs["Base Color"], principled.inputs["Emission Color"]
+            glow.default_value = color.default_value
+            for link in color.links:
+                made.node_tree.links.new(link.from_socket, glow)
+            principled.inputs["Emission Strength"].default_value = ambient
+
+
 # --- Camera and motion -----------------------------------------------------------------------------------------------
 
 
@@ -233,13 +295,13 @@ def add_camera(location: Vec3, target: Vec3, focal_length: float, fstop: float |
     return obj
 
 
-def animate(owner: bpy.types.ID, path: str, keys: Mapping[int, float | Vec3], index: int = -1) -> None:
+def animate(owner: bpy.types.bpy_struct, path: str, keys: Mapping[int, float | Vec3], index: int = -1) -> None:
     """Keyframe a property linearly, going on at the same rate outside the keys.
 
     Parameters
     ----------
-    owner : bpy.types.ID
-        What carries the animation.
+    owner : bpy.types.ID or part of one
+        What has the property.
     path : str
         Data path of the property.
     keys : mapping of int to float or sequence
@@ -253,7 +315,7 @@ def animate(owner: bpy.types.ID, path: str, keys: Mapping[int, float | Vec3], in
         else:
             getattr(owner, path)[index] = value
         owner.keyframe_insert(path, index=index, frame=frame)
-    for curve in owner.animation_data.action.layers[0].strips[0].channelbags[0].fcurves:
+    for curve in owner.id_data.animation_data.action.layers[0].strips[0].channelbags[0].fcurves:
         curve.extrapolation = "LINEAR"
         for key in curve.keyframe_points:
             key.interpolation = "LINEAR"

@@ -1,9 +1,10 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The paper's scene (figures 8, 9 and 16): wheels spinning in the penumbra of an area light, through an open lens.
+"""The paper's wheels with everything at once: they spin in the penumbra of an area light, seen through an open lens.
 
 Three spoked wheels of different size and speed stand between one soft light and a wall, so that every parameter of the
 paper's sample matters somewhere in the picture: time on the spokes, the light's position in the shadows of what stands
-still, both together in the moving shadows, and the lens on the wheel in front and the wall behind.
+still, both together in the moving shadows, and the lens on the wheel in front and the wall behind. `motion_blur`
+(figures 8 to 10) and `moving_penumbra` (figure 16) are the same wheels with less to sample.
 """
 
 import math
@@ -24,9 +25,19 @@ from demo_blend.primitives import (
 
 SPOKES = 8
 
+#: Where the light hangs.
+KEY = (-3.6, -3.2, 3.9)
+
 
 def build():
     """Build the scene and return it."""
+    scene = stage(fstop=0.28)
+    add_area_light("Key", 1.0, 560, KEY, (0.2, 0.6, 0.8), (1.0, 0.95, 0.88))
+    return scene
+
+
+def stage(fstop: float | None = None):
+    """Build everything but the light, and return the scene; without an f-stop the camera is a pinhole."""
     scene = empty_scene()
     scene.render.use_motion_blur = True
 
@@ -40,8 +51,7 @@ def build():
     _wheel("Middle", 1.15, (0.1, 0.65), -8, -24, (0.80, 0.42, 0.05))
     _wheel("Right", 0.58, (1.7, -1.45), -30, 43, (0.03, 0.26, 0.38))
 
-    add_area_light("Key", 1.0, 560, (-3.6, -3.2, 3.9), (0.2, 0.6, 0.8), (1.0, 0.95, 0.88))
-    add_camera((0.7, -7.4, 2.3), (0.2, 0.55, 1.0), 46, fstop=0.28)
+    add_camera((0.7, -7.4, 2.3), (0.2, 0.55, 1.0), 46, fstop)
     return scene
 
 
