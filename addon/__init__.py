@@ -11,9 +11,9 @@ if bpy.app.version < OLDEST_BLENDER:
         f"this is {bpy.app.version_string}"
     )
 
-from . import command, engine, properties, ui  # noqa: E402  (they use what older versions do not have)
+from . import command, engine, persistence, properties, ui  # noqa: E402  (they use what older versions do not have)
 
-_MODULES = (properties, engine, ui, command)
+_MODULES = (properties, persistence, engine, ui, command)
 
 
 def register():

@@ -39,3 +39,40 @@ def scatter(pixels, film):
     moved = np.empty_like(pixels)
     moved[film] = pixels
     return moved
+
+
+# Passes that cannot be mixed: one sample speaks for its pixel.
+_DATA = ("Depth", "Position", "Normal", "Vector", "UV", "Object Index", "Material Index", "Crypto", "Debug")
+
+
+def _colour_keys(passes):
+    return [key for key in passes if not key[0].startswith(_DATA)]
+
+
+def _albedo(passes, key):
+    """Key of the pass that Cycles has divided this one by, if it was rendered."""
+    kind, _, part = key[0].rpartition(" ")
+    albedo = (f"{kind} Color", key[1])
+    return albedo if part in {"Direct", "Indirect"} and albedo in passes else None
+
+
+def colours(passes, height, width):
+    """All passes that a filter may mix, as light: (channels, height, width)."""
+    lights = []
+    for key in _colour_keys(passes):
+        albedo = _albedo(passes, key)
+        lights.append(passes[key] * passes[albedo] if albedo else passes[key])
+    return np.concatenate(lights, axis=1).T.reshape(-1, height, width)
+
+
+def with_colours(passes, planes):
+    """Passes with their colours replaced by planes in the form of `colours`."""
+    keys = _colour_keys(passes)
+    ends = np.cumsum([passes[key].shape[1] for key in keys])
+    lights = np.split(planes.reshape(len(planes), -1).T, ends[:-1], axis=1)
+    replaced = passes | dict(zip(keys, lights, strict=True))
+    for key in keys:
+        if albedo := _albedo(passes, key):
+            light, divisor = replaced[key], replaced[albedo]
+            replaced[key] = np.divide(light, divisor, out=np.zeros_like(light), where=divisor > 0.0)
+    return replaced

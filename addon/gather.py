@@ -14,10 +14,11 @@ import bpy
 import numpy as np
 from cycles import engine as cycles
 
-from . import automatic, camera, denoising, failure, film, layers, library, tile_plan
+from . import automatic, camera, denoising, failure, film, layers, library, persistence, tile_plan
 from .analysis import scene_use
 from .failure import Refused
 from .plan import Plan
+from .reconstruction import Filter, Reconstruction, positions
 from .region import Region
 
 # Cycles' Depth where nothing was hit (kernel/film, pass accessor).
@@ -37,10 +38,16 @@ class Job:
         The original ones.  Their evaluated copies may be gone once Cycles has synchronised.
     depth_row : float array, shape (4,), or None
         Row of the world-to-camera matrix that gives the depth, if the Depth pass is wanted.
+    samples, seed : int
+        As the user set them; the seed may follow the frame.
+    filter : Filter or None
+        What samples are spread by; None leaves that to Cycles.
     denoise : bool
         Whether the result is to be denoised.
     folder : tempfile.TemporaryDirectory
         Holds the plan's image during the render.
+    before : list of (bpy.types.bpy_struct, dict)
+        Evaluated data that was written to, as it was.
     facts : dict of str to str
         What the picture should say of the render (`addon.layers`).
     """
@@ -50,8 +57,12 @@ class Job:
     scene: bpy.types.Scene
     layer: bpy.types.ViewLayer
     depth_row: np.ndarray | None
+    samples: int
+    seed: int
+    filter: Filter | None
     denoise: bool
     folder: tempfile.TemporaryDirectory
+    before: list
     facts: dict
 
 
@@ -87,8 +98,13 @@ def _check_passes(scene, layer):
         )
 
 
+def _check_subset(scene, layer):
+    if scene.cycles.use_sample_subset and scene.spectral_tiles.filter != "AS_CYCLES":
+        raise Refused("Samples of a subset cannot be filtered; set Filter to As Cycles, or switch the subset off")
+
+
 # Each raises `Refused` if a scene's view layer cannot be rendered this way.  The panel asks them all beforehand.
-CHECKS = (_check_driver, _check_build, _check_device, _check_camera, _check_passes)
+CHECKS = (_check_driver, _check_build, _check_device, _check_camera, _check_passes, _check_subset)
 
 
 def prepare(engine, depsgraph):
@@ -134,9 +150,29 @@ def prepare(engine, depsgraph):
     image = os.path.join(folder.name, "plan.tif")
     sample_plan.write(image)
     facts = layers.facts(scene, layer.name, tile, sample_plan, seed, settings.samples)
+    before = [(owner, persistence.values(owner)) for owner in (scene.cycles, scene.camera.data)]
     _set_sampling(scene.cycles, settings.samples, sample_plan.seed)
     camera.replace(engine, scene, region, image)
-    return Job(region, sample_plan, depsgraph.scene, depsgraph.view_layer, depth_row, denoise, folder, facts)
+    chosen = None
+    if settings.filter != "AS_CYCLES":
+        chosen = Filter(settings.filter, settings.filter_width, settings.filter_b, settings.filter_c)
+        # One at a time, but of the same sequence.
+        scene.cycles.use_sample_subset = True
+        scene.cycles.sample_subset_length = 1
+    return Job(
+        region=region,
+        plan=sample_plan,
+        scene=depsgraph.scene,
+        layer=depsgraph.view_layer,
+        depth_row=depth_row,
+        samples=settings.samples,
+        seed=seed,
+        filter=chosen,
+        denoise=denoise,
+        folder=folder,
+        before=before,
+        facts=facts,
+    )
 
 
 def ignored(scene):
@@ -174,9 +210,28 @@ def _set_sampling(settings, samples, seed):
 
 
 def render(engine, depsgraph, job):
-    """Run Cycles on a prepared render and put the pixels in order."""
+    """Run Cycles on a prepared render, put the pixels in order and filter them."""
     with job.folder:
-        cycles.render(engine, depsgraph)
+        passes = _rendered(engine, depsgraph, job) if job.filter is None else _filtered(engine, depsgraph, job)
+    if job.denoise:
+        passes |= denoising.noisy(passes)
+    film.write_passes(engine, job.region, job.layer.name, passes)
+    if job.denoise and not engine.test_break():
+        engine.update_stats("", "Denoising")
+        try:
+            passes |= denoising.denoise(job.scene, job.layer, job.region, passes)
+        except failure.Refused as refused:
+            failure.report(engine, str(refused))
+        film.write_passes(engine, job.region, job.layer.name, passes)
+    layers.stamp(engine, job.facts)
+    if persistence.is_kept(engine):
+        for owner, values in job.before:
+            persistence.put_back(owner, values)
+
+
+def _rendered(engine, depsgraph, job):
+    """One Cycles render: its passes with the pixels in order."""
+    cycles.render(engine, depsgraph)
     passes = film.read_passes(engine, job.layer.name)
     if job.depth_row is not None:
         for (name, view), depth in passes.items():
@@ -184,15 +239,25 @@ def render(engine, depsgraph, job):
                 position = passes["Position", view]
                 hit = depth[:, 0] < _NO_DEPTH
                 depth[hit, 0] = position[hit] @ job.depth_row[:3] + job.depth_row[3]
-    ordered = {key: film.scatter(pixels, job.plan.film) for key, pixels in passes.items()}
-    if job.denoise:
-        ordered |= denoising.noisy(ordered)
-    film.write_passes(engine, job.region, job.layer.name, ordered)
-    if job.denoise and not engine.test_break():
-        engine.update_stats("", "Denoising")
-        try:
-            ordered |= denoising.denoise(job.scene, job.layer, job.region, ordered)
-        except failure.Refused as refused:
-            failure.report(engine, str(refused))
-        film.write_passes(engine, job.region, job.layer.name, ordered)
-    layers.stamp(engine, job.facts)
+    return {key: film.scatter(pixels, job.plan.film) for key, pixels in passes.items()}
+
+
+def _filtered(engine, depsgraph, job):
+    """Spread each sample over the pixels around it: colours by one render a sample, data of the first alone."""
+    scene = depsgraph.scene_eval
+    width, height = job.region.size
+    for sample in range(job.samples):
+        if sample and engine.test_break():
+            break
+        where = positions(job.region, sample, job.seed)
+        image = os.path.join(job.folder.name, f"positions_{sample}.tif")
+        job.plan.write_positions(image, where)
+        scene.camera.data.cycles_custom["positions"] = image
+        scene.cycles.sample_offset = sample
+        passes = _rendered(engine, depsgraph, job)
+        colours = film.colours(passes, height, width)
+        if sample == 0:
+            first = passes
+            sums = Reconstruction(job.filter, len(colours), height, width)
+        sums.add(colours, where, 1.0 / job.samples)
+    return film.with_colours(first, sums.pixels())

@@ -64,12 +64,30 @@ class Plan:
         if self.lens_shift is not None:
             # A shift by 1 may come out as 65535 / 65535; modulo 1 that is the same as none.
             image[..., 2:] = np.rint(65535.0 * self.lens_shift).reshape(*image.shape[:2], 2)
-        oiio = openimageio.load()
-        spec = oiio.ImageSpec(self.width, image.shape[0], 4, "uint16")
-        spec.attribute("compression", "none")
-        output = oiio.ImageOutput.create(path)
-        if not (output and output.open(path, spec) and output.write_image(image) and output.close()):
-            raise Refused(f"Cannot write the sample plan to {path}: {output.geterror() if output else oiio.geterror()}")
+        _write_image(path, image)
+
+    def write_positions(self, path, positions):
+        """Write an image of where in its film pixel each render pixel's sample lies.
+
+        Parameters
+        ----------
+        path : str
+        positions : uint16 array, shape (2, height, width)
+            Of `reconstruction.positions`, at each film pixel.
+        """
+        image = np.zeros((self.film.size, 3), np.uint16)
+        image[:, :2] = positions.reshape(2, -1).T[self.film]
+        _write_image(path, image.reshape(-1, self.width, 3))
+
+
+def _write_image(path, pixels):
+    height, width, channels = pixels.shape
+    oiio = openimageio.load()
+    spec = oiio.ImageSpec(width, height, channels, "uint16")
+    spec.attribute("compression", "none")
+    output = oiio.ImageOutput.create(path)
+    if not (output and output.open(path, spec) and output.write_image(pixels) and output.close()):
+        raise Refused(f"Cannot write the sample plan to {path}: {output.geterror() if output else oiio.geterror()}")
 
 
 class Memory:

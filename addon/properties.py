@@ -2,9 +2,23 @@
 """What the user can set, `scene.spectral_tiles`."""
 
 import bpy
-from bpy.props import EnumProperty, IntProperty, PointerProperty, StringProperty
+from bpy.props import EnumProperty, FloatProperty, IntProperty, PointerProperty, StringProperty
 
-from . import library
+from . import library, reconstruction
+
+_FILTERS = (
+    ("AS_CYCLES", "As Cycles", "Cycles' own pixel filter, in one render; the best choice for narrow filters"),
+    ("BOX", "Box", "Mean over a square"),
+    ("TENT", "Tent", "Weights fall linearly to zero"),
+    ("GAUSSIAN", "Gaussian", "Weights fall like a bell, over six standard deviations"),
+    ("BLACKMAN_HARRIS", "Blackman-Harris", "A window close to a Gaussian that ends smoothly"),
+    ("MITCHELL_NETRAVALI", "Mitchell-Netravali", "Cubic between blur and ringing, set by B and C"),
+    ("LANCZOS", "Lanczos", "Windowed sinc, the sharpest; rings at edges"),
+)
+
+
+def _set_customary_width(settings, _context):
+    settings.filter_width = reconstruction.CUSTOMARY_WIDTHS.get(settings.filter, settings.filter_width)
 
 
 class SpectralTilesSettings(bpy.types.PropertyGroup):
@@ -32,6 +46,25 @@ class SpectralTilesSettings(bpy.types.PropertyGroup):
         default=0,
         min=0,
         max=2**31 - 1,
+    )
+    filter: EnumProperty(
+        name="Filter",
+        description="How samples become pixels; any but Cycles' own needs one render for each sample a pixel",
+        items=_FILTERS,
+        default="AS_CYCLES",
+        update=_set_customary_width,
+    )
+    filter_width: FloatProperty(
+        name="Width",
+        description="Full width of the filter, in pixels",
+        default=2.0,
+        min=1.0,
+        max=16.0,
+        subtype="PIXEL",
+    )
+    filter_b: FloatProperty(name="B", description="Blur of the Mitchell-Netravali filter", default=1 / 3, min=0, max=1)
+    filter_c: FloatProperty(
+        name="C", description="Ringing of the Mitchell-Netravali filter", default=1 / 3, min=0, max=1
     )
     driver: EnumProperty(
         name="Driver",

@@ -38,6 +38,12 @@ class SPECTRAL_TILES_PT_sampling(bpy.types.Panel):
         layout.prop(settings, "tile")
         if settings.tile == "FILE":
             layout.prop(settings, "tile_path")
+        layout.prop(settings, "filter")
+        if settings.filter != "AS_CYCLES":
+            layout.prop(settings, "filter_width")
+        if settings.filter == "MITCHELL_NETRAVALI":
+            layout.prop(settings, "filter_b")
+            layout.prop(settings, "filter_c")
         row = layout.row(align=True)
         row.prop(settings, "seed")
         row.prop(context.scene.cycles, "use_animated_seed", text="", icon="TIME")

@@ -1,0 +1,66 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Evaluated data that outlives one Cycles render: kept for further renders of the frame, and put back as it was.
+
+Blender frees the evaluated scene as soon as Cycles has read it, unless persistent data is on.  It takes that setting
+from the user's scene when a render starts, so scenes that need several renders a frame get it for that long.
+"""
+
+import bpy
+
+_switched = []
+
+
+def needed(scene):
+    """Whether the scene's settings ask for several Cycles renders of a frame."""
+    return scene.render.engine == "SPECTRAL_TILES" and scene.spectral_tiles.filter != "AS_CYCLES"
+
+
+@bpy.app.handlers.persistent
+def _keep(*_):
+    for scene in bpy.data.scenes:
+        if needed(scene) and not scene.render.use_persistent_data:
+            scene.render.use_persistent_data = True
+            _switched.append(scene)
+
+
+@bpy.app.handlers.persistent
+def _release(*_):
+    while _switched:
+        _switched.pop().render.use_persistent_data = False
+
+
+def is_kept(engine):
+    """Whether the evaluated scene is still there after a Cycles render."""
+    # `engine.render` is a method of ours, so the render's own settings are behind it.
+    return engine.path_resolve("render").use_persistent_data
+
+
+def values(owner):
+    """All plain values of a part of the evaluated scene, by name."""
+    return {
+        prop.identifier: getattr(owner, prop.identifier)
+        for prop in owner.bl_rna.properties
+        if not prop.is_readonly
+        and prop.type in {"BOOLEAN", "INT", "FLOAT", "STRING", "ENUM"}
+        and not getattr(prop, "is_array", False)
+    }
+
+
+def put_back(owner, before):
+    """Undo what was written to a part of the evaluated scene since `values`."""
+    for name, value in values(owner).items():
+        if value != before[name]:
+            setattr(owner, name, before[name])
+
+
+_HANDLERS = (("render_init", _keep), ("render_complete", _release), ("render_cancel", _release))
+
+
+def register():
+    for name, handler in _HANDLERS:
+        getattr(bpy.app.handlers, name).append(handler)
+
+
+def unregister():
+    for name, handler in _HANDLERS:
+        getattr(bpy.app.handlers, name).remove(handler)
