@@ -40,9 +40,9 @@ def run(arguments, program=f"blender --command {_NAME}"):
     int
         Exit code: 0 done, 1 the render was refused or failed, 2 wrong use, 130 after Ctrl-C.
     """
-    if arguments[:1] == ["tile"]:
-        return generator.main(arguments[1:], f"{program} tile")
     try:
+        if arguments[:1] == ["tile"]:
+            return generator.main(arguments[1:], f"{program} tile")
         options = _parser(program).parse_args(arguments)
     except SystemExit as stop:
         return stop.code

@@ -2,6 +2,7 @@
 """The extension's archive builds, installs into a fresh Blender profile and renders."""
 
 import os
+import shutil
 import subprocess
 import sys
 import zipfile
@@ -10,7 +11,7 @@ import pytest
 
 pytest.importorskip("bpy")
 
-from bench.archive import build
+from bench.archive import ROOT, build
 
 INSTALL_AND_RENDER = """
 import sys
@@ -24,6 +25,9 @@ scene.render.resolution_x = scene.render.resolution_y = 32
 scene.spectral_tiles.samples = 2
 scene.render.filepath = picture
 bpy.ops.render.render(write_still=True)
+
+from bl_ext.user_default.spectral_tiles.addon import command
+assert command.run(["tile", "--help"]) == command.DONE
 """
 
 
@@ -35,8 +39,19 @@ def archive(tmp_path_factory):
 def test_archive_holds_only_what_runs(archive):
     names = zipfile.ZipFile(archive).namelist()
     tops = {name.split("/")[0] for name in names}
-    assert tops == {"__init__.py", "blender_manifest.toml", "LICENSE", "README.md", "addon", "generator"}
+    assert tops == {"__init__.py", "blender_manifest.toml", "LICENSE", "addon", "generator"}
+    assert not [name for name in names if name.endswith((".md", ".jpg", ".png", ".blend", ".pyc"))]
     assert archive.stat().st_size < 10e6
+
+
+def test_archive_is_the_same_from_another_checkout(archive, tmp_path, monkeypatch):
+    """Files of another age, written in another order, with other permissions."""
+    checkout = tmp_path / "checkout"
+    folders = shutil.ignore_patterns("__pycache__", ".*", "docs", "tests", "bench", "demo_blend", "dist", "out")
+    shutil.copytree(ROOT, checkout, ignore=folders, copy_function=shutil.copyfile)
+    (checkout / "LICENSE").chmod(0o600)
+    monkeypatch.setattr("bench.archive.ROOT", checkout)
+    assert build(tmp_path / "dist").read_bytes() == archive.read_bytes()
 
 
 def test_installed_archive_renders(archive, tmp_path):

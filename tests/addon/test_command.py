@@ -121,7 +121,7 @@ def test_wrong_use_is_code_2(arguments):
 
 
 def test_help_and_tiles(tmp_path, capsys):
-    for arguments in (["--help"], ["render", "--help"], ["compare", "--help"], ["merge", "--help"]):
+    for arguments in (["--help"], *([name, "--help"] for name in ("render", "compare", "merge", "tile"))):
         assert run(*arguments) == command.DONE
         assert "usage: blender --command spectral_tiles" in capsys.readouterr().out
     tile = tmp_path / "tile.npz"
