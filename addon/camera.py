@@ -7,10 +7,13 @@ The formulas are those of Blender's `intern/cycles/blender/camera.cpp` (viewplan
 
 import functools
 import hashlib
+import math
 import os
 import tempfile
+from typing import NamedTuple
 
 import _cycles
+import numpy as np
 
 from .failure import Refused
 
@@ -38,33 +41,156 @@ def _shader():
     return bytecode, hashlib.md5(bytecode.encode(), usedforsecurity=False).hexdigest()
 
 
-def check(camera):
-    """Raise `Refused` if a plan cannot drive this camera object (or None)."""
+def check(scene, camera):
+    """Raise `Refused` if a plan cannot drive this camera object (or None) in this scene."""
     if camera is None:
         raise Refused("Cannot render, no camera in the scene")
     if camera.type != "CAMERA":
         raise Refused(f'"{camera.name}" is not a camera; make a camera object the scene\'s camera')
-    if camera.data.type not in {"PERSP", "ORTHO"}:
-        kind = {"PANO": "panoramic", "CUSTOM": "custom (OSL)"}.get(camera.data.type, camera.data.type)
+    if camera.data.type == "CUSTOM":
         raise Refused(
-            f'Camera "{camera.name}" is {kind}, which Spectral Tiles does not support yet; '
-            "use a perspective or orthographic camera, or render with Cycles"
+            f'Camera "{camera.name}" has a custom lens (OSL), whose place the camera of Spectral Tiles has to take; '
+            "use another lens type, or render with Cycles"
+        )
+    if camera.data.type == "PERSP" and _is_stereo(scene.render) and camera.data.stereo.use_spherical_stereo:
+        raise Refused(
+            f'Camera "{camera.name}" is a perspective one with Spherical Stereo, which Spectral Tiles cannot render; '
+            "switch Spherical Stereo off, use a panoramic camera, or render with Cycles"
+        )
+    if scene.cycles.rolling_shutter_type != "NONE" and scene.render.use_motion_blur:
+        raise Refused(
+            "Rolling Shutter cannot be rendered with Spectral Tiles, which renders the rows of a picture out of order; "
+            "set it to None, or render with Cycles"
         )
 
 
-def _film_plane(engine, camera, width, height, pixel_aspect):
-    """Lower left corner and size of the film: on the plane z = 1, or in scene units for an orthographic camera."""
-    data = camera.data
+def _is_stereo(render):
+    return render.use_multiview and render.views_format == "STEREO_3D"
+
+
+class View(NamedTuple):
+    """A camera that will be rendered through.
+
+    Attributes
+    ----------
+    camera : bpy.types.Object
+        Evaluated camera object.
+    world_to_camera : float array, shape (4, 4)
+    panoramic : bool
+    """
+
+    camera: object
+    world_to_camera: np.ndarray
+    panoramic: bool
+
+    def depth(self, positions):
+        """Cycles' Depth of world positions, shape (n, 3): along the axis, or the distance if panoramic."""
+        rows = self.world_to_camera[:3]
+        local = positions @ rows[:, :3].T + rows[:, 3]
+        return np.linalg.norm(local, axis=1) if self.panoramic else -local[:, 2]
+
+
+def views(engine, scene):
+    """What will be rendered through, with the evaluated scene's cameras still as they are.
+
+    Parameters
+    ----------
+    engine : bpy.types.RenderEngine
+    scene : bpy.types.Scene
+        The evaluated scene.
+
+    Returns
+    -------
+    dict of str to View
+        By the name of the view, which is empty without multi-view.
+
+    Raises
+    ------
+    Refused
+        A plan cannot drive one of the cameras.
+    """
+    names = [view.name for view in scene.render.views if view.use] if scene.render.use_multiview else [""]
+    found = {}
+    for name in names:
+        engine.active_view_set(name)
+        camera = engine.camera_override
+        check(scene, camera)
+        panoramic = camera.data.type == "PANO"
+        spherical = panoramic and camera.data.stereo.use_spherical_stereo
+        matrix = engine.camera_model_matrix(camera, use_spherical_stereo=spherical)
+        found[name] = View(camera, np.array(matrix.inverted()), panoramic)
+    return found
+
+
+def written(views):
+    """The parts of the evaluated scene, besides `scene.cycles`, that `replace` writes to."""
+    data = {view.camera.data for view in views.values()}
+    return [*data, *(camera.stereo for camera in data)]
+
+
+class _Film(NamedTuple):
+    """Film of a camera, in the units that `camera.osl` takes for its projection.
+
+    Attributes
+    ----------
+    projection : str
+    corner, size : (float, float)
+        Lower left corner and size.
+    eye_shift : float
+        How far the left eye's film of an off-axis stereo pair lies to the right, and the right eye's to the left.
+    """
+
+    projection: str
+    corner: tuple[float, float]
+    size: tuple[float, float]
+    eye_shift: float
+
+
+def _film(data, width, height, pixel_aspect):
     x_ratio, y_ratio = width * pixel_aspect[0], height * pixel_aspect[1]
     horizontal = x_ratio > y_ratio if data.sensor_fit == "AUTO" else data.sensor_fit == "HORIZONTAL"
     sensor = data.sensor_height if data.sensor_fit == "VERTICAL" else data.sensor_width
     aspect = x_ratio / y_ratio if horizontal else y_ratio / x_ratio
+    if data.type == "PANO":
+        sensor_size = (sensor, sensor / aspect) if horizontal else (sensor / aspect, sensor)
+        corner, size = _panorama_plane(data, sensor_size)
+        shifted = (corner[0] + data.shift_x * size[0], corner[1] + data.shift_y * size[1])
+        return _Film(data.panorama_type, shifted, size, 0.0)
     half_x, half_y = (aspect, 1.0) if horizontal else (1.0, aspect)
-    shift_x, shift_y = engine.camera_shift_x(camera), data.shift_y
-    scale = data.ortho_scale / (2.0 * aspect) if data.type == "ORTHO" else 0.5 * sensor / data.lens / aspect
-    middle_x, middle_y = 2.0 * aspect * shift_x, 2.0 * aspect * shift_y
-    corner = (scale * (middle_x - half_x), scale * (middle_y - half_y), 0.0)
-    return corner, (2.0 * scale * half_x, 2.0 * scale * half_y, 0.0)
+    orthographic = data.type == "ORTHO"
+    scale = data.ortho_scale / (2.0 * aspect) if orthographic else 0.5 * sensor / data.lens / aspect
+    middle_x, middle_y = 2.0 * aspect * data.shift_x, 2.0 * aspect * data.shift_y
+    # BKE_camera_multiview_shift_x
+    stereo = data.stereo
+    eye_shift = stereo.interocular_distance / data.sensor_width * data.lens / stereo.convergence_distance
+    if stereo.pivot == "CENTER":
+        eye_shift *= 0.5
+    return _Film(
+        "ORTHOGRAPHIC" if orthographic else "PERSPECTIVE",
+        (scale * (middle_x - half_x), scale * (middle_y - half_y)),
+        (2.0 * scale * half_x, 2.0 * scale * half_y),
+        2.0 * aspect * scale * eye_shift,
+    )
+
+
+def _panorama_plane(data, sensor):
+    """Lower left corner and size of a panorama's film, as `panorama()` of `camera.osl` takes it."""
+    if data.panorama_type == "EQUIRECTANGULAR":
+        low, high = (data.longitude_min, data.latitude_min), (data.longitude_max, data.latitude_max)
+    elif data.panorama_type == "CENTRAL_CYLINDRICAL":
+        radius = data.central_cylindrical_radius
+        low = (data.central_cylindrical_range_u_min, data.central_cylindrical_range_v_min / radius)
+        high = (data.central_cylindrical_range_u_max, data.central_cylindrical_range_v_max / radius)
+    else:
+        half = {
+            "EQUIANGULAR_CUBEMAP_FACE": (math.pi / 4, math.pi / 4),
+            "MIRRORBALL": (1.0, 1.0),
+            "FISHEYE_EQUIDISTANT": (data.fisheye_fov / 2, data.fisheye_fov / 2),
+            "FISHEYE_EQUISOLID": (sensor[0] / 2, sensor[1] / 2),
+            "FISHEYE_LENS_POLYNOMIAL": (sensor[0] / 2, sensor[1] / 2),
+        }[data.panorama_type]
+        low, high = (-half[0], -half[1]), half
+    return low, (high[0] - low[0], high[1] - low[1])
 
 
 def _set_filter(cycles):
@@ -83,15 +209,15 @@ def _set_filter(cycles):
     return scale, box
 
 
-def replace(engine, scene, region, plan_path):
+def replace(scene, views, region, plan_path):
     """Put the plan's camera in place of the scene's, and narrow the pixel filter.
 
     Parameters
     ----------
-    engine : bpy.types.RenderEngine
     scene : bpy.types.Scene
-        The *evaluated* scene, with a camera that `check` lets pass; it, its camera and that camera's data are
-        written to.
+        The *evaluated* scene; it and its cameras' data are written to.
+    views : dict of str to View
+        As of `views`.
     region : addon.region.Region
         The pixels that are rendered.
     plan_path : str
@@ -102,46 +228,97 @@ def replace(engine, scene, region, plan_path):
     Refused
         The camera's shader cannot be compiled.
     """
-    camera = scene.camera
-    data = camera.data
     render = scene.render
-    corner, size = _film_plane(engine, camera, *region.frame, (render.pixel_aspect_x, render.pixel_aspect_y))
     filter_scale, box = _set_filter(scene.cycles)
-    orthographic = data.type == "ORTHO"
-    depth_of_field = data.dof.use_dof
-    lens_radius = 1.0 / (2.0 * max(data.dof.aperture_fstop, 1e-5)) if depth_of_field else 0.0
-    if not orthographic:
+    for data in {view.camera.data for view in views.values()}:
+        film = _film(data, *region.frame, (render.pixel_aspect_x, render.pixel_aspect_y))
+        parameters = _lens(data, film) | {
+            "plan": plan_path,
+            "region": (*map(float, region.corner), 0.0),
+            "region_size": (*map(float, region.size), 1.0),
+            "frame_size": (*map(float, region.frame), 1.0),
+            "filter_scale": filter_scale,
+            "box_filter": int(box),
+        }
+        if _is_stereo(render):
+            parameters |= _split_eyes(data)
+        for name in list(data.cycles_custom.keys()):
+            del data.cycles_custom[name]
+        for name, value in parameters.items():
+            data.cycles_custom[name] = value
+        _make_custom(data, film)
+
+
+def _lens(data, film):
+    """What `camera.osl` has to know about a camera's lens."""
+    lens_radius = 1.0 / (2.0 * max(data.dof.aperture_fstop, 1e-5)) if data.dof.use_dof else 0.0
+    if data.type != "ORTHO":
         lens_radius *= 1e-3 * data.lens
-    parameters = {
-        "plan": plan_path,
-        "region": (*map(float, region.corner), 0.0),
-        "region_size": (*map(float, region.size), 1.0),
-        "frame_size": (*map(float, region.frame), 1.0),
-        "plane_corner": corner,
-        "plane_size": size,
-        "orthographic": int(orthographic),
-        "near_clip": data.clip_start,
-        "filter_scale": filter_scale,
-        "box_filter": int(box),
+    return {
+        "projection": film.projection,
+        "plane_corner": (*film.corner, 0.0),
+        "plane_size": (*film.size, 0.0),
+        "eye_shift": (film.eye_shift, 0.0, 0.0),
+        "field": data.fisheye_fov,
+        "focal_length": data.fisheye_lens,
+        "bend_0": data.fisheye_polynomial_k0,
+        "bend": (data.fisheye_polynomial_k1, data.fisheye_polynomial_k2, data.fisheye_polynomial_k3),
+        "bend_4": data.fisheye_polynomial_k4,
+        # Cycles clips a panorama along the ray, as it does a custom camera.
+        "near_clip": 0.0 if data.type == "PANO" else data.clip_start,
         "aperture": lens_radius,
         "aperture_stretch": 1.0 / data.dof.aperture_ratio,
-        "blades": float(data.dof.aperture_blades),
+        "blades": float(data.dof.aperture_blades) if data.dof.aperture_blades >= 3 else 0.0,
         "blade_rotation": data.dof.aperture_rotation,
     }
-    bytecode, digest = _shader()
-    for name in list(data.cycles_custom.keys()):
-        del data.cycles_custom[name]
-    for name, value in parameters.items():
-        data.cycles_custom[name] = value
-    # Cycles measures the clip distances of a custom camera along the ray instead of the axis.  The shader starts the
-    # ray at the near clip itself; the far one is kept just far enough that no corner of the film loses anything.
-    reach = 1.0
-    if not orthographic:
-        far_corner = [max(abs(corner[axis]), abs(corner[axis] + size[axis])) for axis in (0, 1)]
-        reach = (1.0 + far_corner[0] ** 2 + far_corner[1] ** 2) ** 0.5
-    data.clip_end = reach * data.clip_end
-    data.clip_start = 1e-6
+
+
+def _split_eyes(data):
+    """Make Cycles tell the shader which eye of a stereo pair it is.
+
+    The shader is the same for both eyes, but Cycles shifts the raster of an off-axis pair: by a whole frame to each
+    side, with the numbers that are set here.
+
+    Returns
+    -------
+    dict
+        Parameters of `camera.osl` for spherical stereo.
+    """
+    stereo = data.stereo
+    spherical = data.type == "PANO" and stereo.use_spherical_stereo
+    off_axis = data.type != "PANO" and stereo.convergence_mode == "OFFAXIS"
+    parameters = {}
+    if spherical:
+        parameters["interocular"] = stereo.interocular_distance
+        if stereo.convergence_mode != "PARALLEL":
+            parameters["convergence"] = stereo.convergence_distance
+        if stereo.use_pole_merge:
+            parameters["pole_merge"] = (stereo.pole_merge_angle_from, stereo.pole_merge_angle_to, 0.0)
+        stereo.use_spherical_stereo = False
+        stereo.pivot = "CENTER"
+    if spherical or off_axis:
+        stereo.convergence_mode = "OFFAXIS"
+        stereo.convergence_distance = stereo.interocular_distance * (0.5 if stereo.pivot == "CENTER" else 1.0)
+        data.sensor_width = data.lens
+    elif stereo.convergence_mode == "OFFAXIS":
+        stereo.convergence_mode = "PARALLEL"
+    return parameters
+
+
+def _make_custom(data, film):
+    """Give the camera our shader, which knows the rest by its parameters."""
+    if data.type != "PANO":
+        # Cycles measures the clip distances of a custom camera along the ray instead of the axis.  The shader starts
+        # the ray at the near clip itself; the far one is kept just far enough that no corner of the film loses
+        # anything.
+        reach = 1.0
+        if data.type == "PERSP":
+            far = [max(abs(corner), abs(corner + size)) for corner, size in zip(film.corner, film.size, strict=True)]
+            reach = (1.0 + far[0] ** 2 + far[1] ** 2) ** 0.5
+        data.clip_end = reach * data.clip_end
+        data.clip_start = 1e-6
     data.shift_x = data.shift_y = 0.0
+    bytecode, digest = _shader()
     data.custom_mode = "INTERNAL"
     data.custom_bytecode = bytecode
     data.custom_bytecode_hash = digest

@@ -14,21 +14,22 @@ def read_passes(engine, layer_name):
     """
     result = engine.get_result()
     layer = result.layers[layer_name]
+    views = result.views.keys()
     pixels = result.resolution_x * result.resolution_y
     passes = {}
     for render_pass in layer.passes:
         buffer = np.empty(pixels * render_pass.channels, np.float32)
         render_pass.rect.foreach_get(buffer)
-        passes[render_pass.name, render_pass.view_id] = buffer.reshape(pixels, render_pass.channels)
+        passes[render_pass.name, views[render_pass.view_id]] = buffer.reshape(pixels, render_pass.channels)
     return passes
 
 
 def write_passes(engine, region, layer_name, passes):
     """Replace passes of one view layer of the engine's result by those of `read_passes`' form."""
-    for view in engine.get_result().views.keys() or [""]:
+    for view in list(engine.get_result().views.keys()):
         result = engine.begin_result(0, 0, *region.size, layer=layer_name, view=view)
         for render_pass in result.layers[0].passes:
-            pixels = passes.get((render_pass.name, render_pass.view_id))
+            pixels = passes.get((render_pass.name, view))
             if pixels is not None:
                 render_pass.rect.foreach_set(pixels.ravel())
         engine.end_result(result)

@@ -11,10 +11,9 @@ import tempfile
 from dataclasses import dataclass
 
 import bpy
-import numpy as np
 from cycles import engine as cycles
 
-from . import automatic, camera, denoising, failure, film, layers, library, persistence, tile_plan
+from . import automatic, camera, denoising, failure, film, layers, library, persistence, shading, tile_plan
 from .analysis import scene_use
 from .failure import Refused
 from .plan import Plan
@@ -36,8 +35,7 @@ class Job:
     scene : bpy.types.Scene
     layer : bpy.types.ViewLayer
         The original ones.  Their evaluated copies may be gone once Cycles has synchronised.
-    depth_row : float array, shape (4,), or None
-        Row of the world-to-camera matrix that gives the depth, if the Depth pass is wanted.
+    views : dict of str to camera.View
     samples, seed : int
         As the user set them; the seed may follow the frame.
     filter : Filter or None
@@ -56,7 +54,7 @@ class Job:
     plan: Plan
     scene: bpy.types.Scene
     layer: bpy.types.ViewLayer
-    depth_row: np.ndarray | None
+    views: dict[str, camera.View]
     samples: int
     seed: int
     filter: Filter | None
@@ -87,7 +85,7 @@ def _check_device(scene, layer):
 
 
 def _check_camera(scene, layer):
-    camera.check(scene.camera)
+    camera.check(scene, scene.camera)
 
 
 def _check_passes(scene, layer):
@@ -95,6 +93,11 @@ def _check_passes(scene, layer):
         raise Refused(
             f'The Vector pass of view layer "{layer.name}" cannot be rendered with Spectral Tiles; '
             "switch the pass off, or render it with Cycles"
+        )
+    if layer.use_pass_mist and scene.camera.data.type == "ORTHO":
+        raise Refused(
+            f'The Mist pass of view layer "{layer.name}" cannot be rendered with Spectral Tiles and an orthographic '
+            "camera; switch the pass off, or render it with Cycles"
         )
 
 
@@ -128,6 +131,8 @@ def prepare(engine, depsgraph):
     settings = scene.spectral_tiles
     for check in CHECKS:
         check(scene, layer)
+    shading.check(depsgraph, scene.camera)
+    views = camera.views(engine, scene)
     region = Region.of_render(scene.render)
     use = scene_use(depsgraph)
     seed = settings.seed + (scene.frame_current if scene.cycles.use_animated_seed else 0)
@@ -138,10 +143,7 @@ def prepare(engine, depsgraph):
         dims = tuple(name for name in use.dims if name in tile.dims)
         sample_plan = tile_plan.make(tile, dims, region, settings.samples, seed)
 
-    depth_row = None
     if layer.use_pass_z:
-        # A custom camera's Depth is a distance from the camera; only positions tell the depth along its axis.
-        depth_row = -np.array(scene.camera.matrix_world.normalized().inverted())[2]
         engine.add_pass("Position", 3, "XYZ", layer=layer.name)
     denoise = denoising.wanted(scene, layer)
     if denoise:
@@ -150,9 +152,9 @@ def prepare(engine, depsgraph):
     image = os.path.join(folder.name, "plan.tif")
     sample_plan.write(image)
     facts = layers.facts(scene, layer.name, tile, sample_plan, seed, settings.samples)
-    before = [(owner, persistence.values(owner)) for owner in (scene.cycles, scene.camera.data)]
+    before = [(owner, persistence.values(owner)) for owner in (scene.cycles, *camera.written(views))]
     _set_sampling(scene.cycles, settings.samples, sample_plan.seed)
-    camera.replace(engine, scene, region, image)
+    camera.replace(scene, views, region, image)
     chosen = None
     if settings.filter != "AS_CYCLES":
         chosen = Filter(settings.filter, settings.filter_width, settings.filter_b, settings.filter_c)
@@ -164,7 +166,7 @@ def prepare(engine, depsgraph):
         plan=sample_plan,
         scene=depsgraph.scene,
         layer=depsgraph.view_layer,
-        depth_row=depth_row,
+        views=views,
         samples=settings.samples,
         seed=seed,
         filter=chosen,
@@ -233,12 +235,11 @@ def _rendered(engine, depsgraph, job):
     """One Cycles render: its passes with the pixels in order."""
     cycles.render(engine, depsgraph)
     passes = film.read_passes(engine, job.layer.name)
-    if job.depth_row is not None:
-        for (name, view), depth in passes.items():
-            if name == "Depth":
-                position = passes["Position", view]
-                hit = depth[:, 0] < _NO_DEPTH
-                depth[hit, 0] = position[hit] @ job.depth_row[:3] + job.depth_row[3]
+    for (name, view), depth in passes.items():
+        if name == "Depth":
+            # A custom camera's Depth is a distance from the camera; only positions tell the depth along its axis.
+            hit = depth[:, 0] < _NO_DEPTH
+            depth[hit, 0] = job.views[view].depth(passes["Position", view][hit])
     return {key: film.scatter(pixels, job.plan.film) for key, pixels in passes.items()}
 
 
@@ -252,7 +253,8 @@ def _filtered(engine, depsgraph, job):
         where = positions(job.region, sample, job.seed)
         image = os.path.join(job.folder.name, f"positions_{sample}.tif")
         job.plan.write_positions(image, where)
-        scene.camera.data.cycles_custom["positions"] = image
+        for view in job.views.values():
+            view.camera.data.cycles_custom["positions"] = image
         scene.cycles.sample_offset = sample
         passes = _rendered(engine, depsgraph, job)
         colours = film.colours(passes, height, width)

@@ -150,7 +150,7 @@ def render(folder, engine, samples=1, seed=0):
 
 
 def read_exr(path):
-    """Passes of a multilayer EXR, whose parts hold a pass each."""
+    """Passes of a multilayer EXR, whose parts hold a pass each; those of a view have ".<view>" added."""
     oiio = openimageio.load()
     passes = {}
     for part in range(oiio.ImageBuf(str(path)).nsubimages):
@@ -159,7 +159,9 @@ def read_exr(path):
         for column, channel in enumerate(image.spec().channelnames):
             columns.setdefault(channel.rpartition(".")[0], []).append(column)
         pixels = image.get_pixels(oiio.FLOAT)
-        passes |= {name: pixels[..., chosen] for name, chosen in columns.items()}
+        view = image.spec().getattribute("view")
+        suffix = f".{view}" if view else ""
+        passes |= {name.removesuffix(suffix) + suffix: pixels[..., chosen] for name, chosen in columns.items()}
     return passes
 
 

@@ -34,14 +34,14 @@ def build_scene(width=61, height=43, **camera):
     return scene
 
 
-def assert_same(folder, names=("Combined",)):
+def assert_same(folder, names=("Combined",), allowed=ALLOWED_OUTLIERS):
     ours = rendering.render(folder, "SPECTRAL_TILES")
     native = rendering.render(folder, "CYCLES")
     for name in names:
         a, b = ours[f"ViewLayer.{name}"], native[f"ViewLayer.{name}"]
         assert a.shape == b.shape
         wrong = np.abs(a - b).max(axis=-1) > TOLERANCE * (1 + np.abs(b).max(axis=-1))
-        assert wrong.mean() <= ALLOWED_OUTLIERS, f"{name}: {wrong.mean():.1%} of the pixels differ"
+        assert wrong.mean() <= allowed, f"{name}: {wrong.mean():.1%} of the pixels differ"
 
 
 @pytest.mark.parametrize(
@@ -141,3 +141,108 @@ def test_bokeh(tmp_path, blades, kind):
     ours, native = (rendering.stack(tmp_path, engine, seeds, samples=64) for engine in reversed(rendering.ENGINES))
     assert native[..., 0].max() > 0.1
     rendering.assert_same_expectation(ours, native, block=2)
+
+
+PANORAMAS = [
+    {"panorama_type": "EQUIRECTANGULAR", "longitude_min": -2.0, "longitude_max": 1.0, "latitude_max": 0.9},
+    {"panorama_type": "EQUIANGULAR_CUBEMAP_FACE", "shift_x": 0.1},
+    {"panorama_type": "MIRRORBALL"},
+    {"panorama_type": "FISHEYE_EQUIDISTANT", "fisheye_fov": 2.0},
+    {"panorama_type": "FISHEYE_EQUISOLID", "fisheye_fov": 2.4, "fisheye_lens": 14.0, "shift_y": 0.05},
+    {"panorama_type": "FISHEYE_LENS_POLYNOMIAL", "sensor_fit": "VERTICAL", "fisheye_polynomial_k2": -1e-4},
+    {"panorama_type": "CENTRAL_CYLINDRICAL", "central_cylindrical_range_u_max": 0.6,
+     "central_cylindrical_range_v_min": -1.4, "central_cylindrical_radius": 1.3},
+]  # fmt: skip
+
+
+@pytest.mark.parametrize("panorama", PANORAMAS, ids=lambda panorama: panorama["panorama_type"])
+def test_panorama(tmp_path, panorama):
+    build_scene(type="PANO", clip_start=2.0, clip_end=30.0, **panorama)
+    layer = bpy.context.view_layer
+    layer.use_pass_z = layer.use_pass_mist = True
+    native = rendering.beauty(rendering.render(tmp_path, "CYCLES"))
+    assert (native.max(axis=-1) > 1).mean() > 0.2
+    assert_same(tmp_path, ("Combined", "Depth", "Mist"), allowed=0.015)
+
+
+@pytest.mark.parametrize("blades", [0, 5])
+@pytest.mark.parametrize("panorama", ["EQUIRECTANGULAR", "MIRRORBALL", "FISHEYE_EQUIDISTANT"])
+def test_bokeh_of_panoramas(tmp_path, panorama, blades):
+    """Off the axis the lens lies across the ray, so the light's disc is Cycles' only if its frame is."""
+    rendering.empty_scene(24, 24)
+    camera = rendering.add_camera((0, 0, 10), type="PANO", panorama_type=panorama, fisheye_fov=1.5, lens=50.0)
+    if panorama == "EQUIRECTANGULAR":
+        camera.data.longitude_min, camera.data.longitude_max = -0.8, 0.8
+        camera.data.latitude_min, camera.data.latitude_max = -0.8, 0.8
+    camera.data.dof.use_dof = True
+    camera.data.dof.focus_distance = 4.0
+    camera.data.dof.aperture_fstop = 0.02
+    camera.data.dof.aperture_blades = blades
+    camera.data.dof.aperture_rotation = 0.4
+    camera.data.dof.aperture_ratio = 1.6
+    # The mirror ball's middle looks back along the camera's axis.
+    side = 1 if panorama == "MIRRORBALL" else -1
+    rendering.add_plane(0.8, rendering.emission(strength=20.0), (1.8, 1.2, 10 + 8 * side))
+    seeds = range(8)
+    ours, native = (rendering.stack(tmp_path, engine, seeds, samples=64) for engine in reversed(rendering.ENGINES))
+    assert native[..., 0].max() > 0.05
+    rendering.assert_same_expectation(ours, native, block=2)
+
+
+STEREO = [
+    {"convergence_mode": "OFFAXIS"},
+    {"convergence_mode": "OFFAXIS", "pivot": "LEFT"},
+    {"convergence_mode": "OFFAXIS", "pivot": "RIGHT"},
+    {"convergence_mode": "PARALLEL"},
+    {"convergence_mode": "TOE"},
+]
+
+
+def make_stereo(camera, **settings):
+    render = bpy.context.scene.render
+    render.use_multiview, render.views_format = True, "STEREO_3D"
+    render.image_settings.media_type = "MULTI_LAYER_IMAGE"
+    render.image_settings.views_format = "MULTIVIEW"
+    camera.data.stereo.interocular_distance, camera.data.stereo.convergence_distance = 0.5, 5.0
+    for name, value in settings.items():
+        setattr(camera.data.stereo, name, value)
+    bpy.context.view_layer.use_pass_z = True
+
+
+BOTH_EYES = ("Combined.left", "Combined.right", "Depth.left", "Depth.right")
+
+
+@pytest.mark.parametrize("stereo", STEREO, ids=lambda stereo: "-".join(stereo.values()))
+def test_stereo(tmp_path, stereo):
+    scene = build_scene(shift_x=0.1, sensor_fit="VERTICAL", sensor_height=20)
+    make_stereo(scene.camera, **stereo)
+    assert_same(tmp_path, BOTH_EYES)
+
+
+@pytest.mark.parametrize("kind", ["ORTHO", "PANO"])
+@pytest.mark.parametrize("convergence", ["OFFAXIS", "TOE"])
+def test_stereo_of_other_cameras(tmp_path, kind, convergence):
+    scene = build_scene(type=kind, panorama_type="FISHEYE_EQUIDISTANT")
+    make_stereo(scene.camera, convergence_mode=convergence)
+    assert_same(tmp_path, BOTH_EYES, allowed=0.01)
+
+
+@pytest.mark.parametrize("panorama", ["EQUIRECTANGULAR", "MIRRORBALL"])
+@pytest.mark.parametrize("convergence", ["OFFAXIS", "PARALLEL"])
+@pytest.mark.parametrize("pole_merge", [False, True])
+def test_spherical_stereo(tmp_path, panorama, convergence, pole_merge):
+    scene = build_scene(type="PANO", panorama_type=panorama)
+    make_stereo(scene.camera, use_spherical_stereo=True, convergence_mode=convergence, use_pole_merge=pole_merge,
+                pole_merge_angle_from=0.3, pole_merge_angle_to=0.9, pivot="LEFT")  # fmt: skip
+    assert_same(tmp_path, BOTH_EYES, allowed=0.01)
+
+
+def test_views_with_cameras_of_their_own(tmp_path):
+    scene = build_scene()
+    scene.camera.name = "Camera_L"
+    other = rendering.add_camera((2, -7, 4), (np.radians(58), 0, np.radians(20)), lens=30.0)
+    other.name = "Camera_R"
+    scene.camera = bpy.data.objects["Camera_L"]
+    make_stereo(scene.camera)
+    scene.render.views_format = "MULTIVIEW"
+    assert_same(tmp_path, BOTH_EYES)

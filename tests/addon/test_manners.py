@@ -72,9 +72,48 @@ def test_no_camera():
     render_expecting("camera")
 
 
-def test_panoramic_camera():
-    build_scene().camera.data.type = "PANO"
-    render_expecting("panoramic")
+def test_custom_camera():
+    build_scene().camera.data.type = "CUSTOM"
+    render_expecting("custom lens")
+
+
+def test_perspective_spherical_stereo():
+    scene = build_scene()
+    scene.render.use_multiview = True
+    scene.camera.data.stereo.use_spherical_stereo = True
+    render_expecting("Spherical Stereo")
+
+
+def test_rolling_shutter():
+    scene = build_scene()
+    scene.render.use_motion_blur = True
+    scene.cycles.rolling_shutter_type = "TOP"
+    render_expecting("Rolling Shutter")
+
+
+def test_mist_of_an_orthographic_camera():
+    build_scene().camera.data.type = "ORTHO"
+    bpy.context.view_layer.use_pass_mist = True
+    render_expecting("Mist pass")
+
+
+@pytest.mark.parametrize("grouped", [False, True])
+def test_window_coordinates(grouped):
+    build_scene()
+    material = bpy.data.materials["ShaderNodeBsdfDiffuse"]
+    tree = material.node_tree
+    diffuse = next(node for node in tree.nodes if node.type == "BSDF_DIFFUSE")
+    coordinates = tree.nodes.new("ShaderNodeTexCoord")
+    bpy.ops.render.render()
+    if grouped:
+        group = bpy.data.node_groups.new("Group", "ShaderNodeTree")
+        group.interface.new_socket("Window", in_out="OUTPUT", socket_type="NodeSocketVector")
+        inside = group.nodes.new("ShaderNodeTexCoord")
+        group.links.new(inside.outputs["Window"], group.nodes.new("NodeGroupOutput").inputs["Window"])
+        coordinates = tree.nodes.new("ShaderNodeGroup")
+        coordinates.node_tree = group
+    tree.links.new(coordinates.outputs["Window"], diffuse.inputs["Color"])
+    render_expecting('Window coordinates in "ShaderNodeBsdfDiffuse"')
 
 
 def test_lamp_as_camera():
