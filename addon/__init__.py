@@ -11,9 +11,31 @@ if bpy.app.version < OLDEST_BLENDER:
         f"this is {bpy.app.version_string}"
     )
 
-from . import command, engine, persistence, properties, ui  # noqa: E402  (they use what older versions do not have)
+from . import (  # noqa: E402  (they use what older versions do not have)
+    command,
+    engine,
+    forecast,
+    persistence,
+    preset_menu,
+    properties,
+    slot_comparison,
+    tile_making,
+    tile_picture,
+    ui,
+)
 
-_MODULES = (properties, persistence, engine, ui, command)
+_MODULES = (
+    properties,
+    persistence,
+    engine,
+    forecast,
+    tile_picture,
+    preset_menu,
+    tile_making,
+    slot_comparison,
+    ui,
+    command,
+)
 
 
 def register():

@@ -40,13 +40,21 @@ class SceneUse:
         return tuple(dims)
 
 
-def scene_use(depsgraph):
+def emitters(depsgraph):
+    """Number of emitters that Cycles chooses between: lamps, emitting materials and the world."""
+    lamps = sum(obj.type == "LIGHT" for obj in depsgraph.objects)
+    return lamps + sum(_emits(data) for data in depsgraph.ids if data.bl_rna.identifier in {"Material", "World"})
+
+
+def scene_use(depsgraph, lights=None):
     """Look a frame over, without touching its geometry.
 
     Parameters
     ----------
     depsgraph : bpy.types.Depsgraph
         Evaluated for the frame.
+    lights : int, optional
+        What `emitters` counted; it is counted by default.
 
     Returns
     -------
@@ -55,12 +63,10 @@ def scene_use(depsgraph):
     scene, layer = depsgraph.scene, depsgraph.view_layer
     camera = scene.camera
     cycles = scene.cycles
-    lights = sum(obj.type == "LIGHT" for obj in depsgraph.objects)
-    lights += sum(_emits(data) for data in depsgraph.ids if data.bl_rna.identifier in {"Material", "World"})
     return SceneUse(
         motion_blur=scene.render.use_motion_blur and layer.use_motion_blur,
         lens=camera is not None and camera.type == "CAMERA" and camera.data.dof.use_dof,
-        lights=lights,
+        lights=emitters(depsgraph) if lights is None else lights,
         bounces=cycles.max_bounces > 0
         and any((cycles.diffuse_bounces, cycles.glossy_bounces, cycles.transmission_bounces, cycles.volume_bounces)),
     )

@@ -20,6 +20,9 @@ class SpectralTilesRender(bpy.types.RenderEngine):
     bl_use_spherical_stereo = True
     bl_use_custom_freestyle = True
 
+    # Cycles renders on its own, with our samples a pixel: what a comparison is made with.
+    native = False
+
     def __init__(self, *args, **kwargs):
         super().__init__(*args, **kwargs)
         self.session = None
@@ -32,7 +35,9 @@ class SpectralTilesRender(bpy.types.RenderEngine):
 
     def update(self, data, depsgraph):
         self.job = None
-        if not self.is_preview:
+        if self.native and not self.is_preview:
+            gather.set_samples(depsgraph.scene_eval.cycles, depsgraph.scene.spectral_tiles.samples)
+        elif not self.is_preview:
             try:
                 self.job = gather.prepare(self, depsgraph)
             except failure.Refused as refused:
@@ -45,7 +50,7 @@ class SpectralTilesRender(bpy.types.RenderEngine):
     def render(self, depsgraph):
         if self.job is not None:
             gather.render(self, depsgraph, self.job)
-        elif self.is_preview:
+        elif self.is_preview or self.native:
             cycles.render(self, depsgraph)
 
     def render_frame_finish(self):

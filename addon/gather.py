@@ -106,8 +106,12 @@ def _check_subset(scene, layer):
         raise Refused("Samples of a subset cannot be filtered; set Filter to As Cycles, or switch the subset off")
 
 
+def _check_tile(scene, layer):
+    library.tile(scene.spectral_tiles, scene.library)
+
+
 # Each raises `Refused` if a scene's view layer cannot be rendered this way.  The panel asks them all beforehand.
-CHECKS = (_check_driver, _check_build, _check_device, _check_camera, _check_passes, _check_subset)
+CHECKS = (_check_driver, _check_build, _check_device, _check_camera, _check_passes, _check_subset, _check_tile)
 
 
 def prepare(engine, depsgraph):
@@ -178,7 +182,7 @@ def prepare(engine, depsgraph):
 
 
 def ignored(scene):
-    """Settings of Cycles that are in force in this scene but not under this engine (`_set_sampling`).
+    """Settings of Cycles that are in force in this scene but not under this engine (`set_samples`).
 
     Returns
     -------
@@ -196,15 +200,20 @@ def ignored(scene):
     return lines
 
 
-def _set_sampling(settings, samples, seed):
-    """Make Cycles draw the numbers that the plan counts on, in one go."""
+def set_samples(settings, samples):
+    """Make Cycles take exactly this many samples in every pixel of every layer."""
     settings.samples = samples
-    settings.sampling_pattern = "BLUE_NOISE"
-    settings.seed = seed
-    settings.use_animated_seed = False
     settings.use_adaptive_sampling = False
     settings.use_layer_samples = "IGNORE"
     settings.time_limit = 0.0
+
+
+def _set_sampling(settings, samples, seed):
+    """Make Cycles draw the numbers that the plan counts on, in one go."""
+    set_samples(settings, samples)
+    settings.sampling_pattern = "BLUE_NOISE"
+    settings.seed = seed
+    settings.use_animated_seed = False
     # Cycles' own tiles reach the result only when all layers are done, and its denoiser would see pixels out of order
     # (`addon.denoising` calls it once they are in order).
     settings.use_auto_tile = False

@@ -3,29 +3,41 @@
 
 import functools
 import os
+import zlib
 
 import bpy
 
 from .failure import Refused
 
 try:  # as an extension, where the generator is a package beside this one
-    from ..generator import Tile, load_tile
+    from .. import generator
+    from ..generator.periodogram import mode_periodogram
 except ImportError:  # from a checkout, where `addon` and `generator` are top-level packages
-    from generator import Tile, load_tile
+    import generator
+    from generator.periodogram import mode_periodogram
+
+__all__ = ["ITEMS", "generator", "mode_periodogram", "tile"]
 
 _FOLDER = os.path.join(os.path.dirname(__file__), "tiles")
+
+
+def _number(name):
+    """What a .blend file stores for a shipped tile: the same whichever other tiles come or go."""
+    return zlib.crc32(name.encode()) >> 1
+
 
 ITEMS = (
     (
         "AUTO",
         "Automatic",
         "Arrange the samples of Cycles' own sequence for what the scene uses; the best choice for pictures",
+        0,
     ),
     *(
-        (name.upper(), name.replace("_", " ").capitalize(), f"Tile {name}, shipped with Spectral Tiles")
+        (name.upper(), name.replace("_", " ").capitalize(), f"Tile {name}, shipped with Spectral Tiles", _number(name))
         for name in sorted(file.removesuffix(".npz") for file in os.listdir(_FOLDER) if file.endswith(".npz"))
     ),
-    ("FILE", "File…", "A tile of your own"),
+    ("FILE", "File…", "A tile of your own", 1),
 )
 
 
@@ -62,5 +74,5 @@ def tile(settings, library=None):
 
 
 @functools.lru_cache(maxsize=4)
-def _load(path, _modified) -> Tile:
-    return load_tile(path)
+def _load(path, _modified):
+    return generator.load_tile(path)

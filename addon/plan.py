@@ -110,6 +110,11 @@ class Memory:
                 self._plans.popitem(last=False)
         return plan
 
+    def latest(self):
+        """The plan that was asked for last, or None."""
+        with self._lock:
+            return next(reversed(self._plans.values()), None)
+
     def clear(self):
         with self._lock:
             self._plans.clear()

@@ -29,16 +29,21 @@ class SpectralTilesSettings(bpy.types.PropertyGroup):
         min=1,
         max=4096,
         soft_max=64,
+        override={"LIBRARY_OVERRIDABLE"},
     )
     tile: EnumProperty(
         name="Tile",
         description="Pattern of sample parameters that is repeated over the image",
         items=library.ITEMS,
+        options=set(),
+        override={"LIBRARY_OVERRIDABLE"},
     )
     tile_path: StringProperty(
         name="Tile File",
         description="Tile made by the generator (.npz), or an image with one channel a dimension (.exr)",
         subtype="FILE_PATH",
+        options={"PATH_SUPPORTS_BLEND_RELATIVE"},
+        override={"LIBRARY_OVERRIDABLE"},
     )
     seed: IntProperty(
         name="Seed",
@@ -46,6 +51,7 @@ class SpectralTilesSettings(bpy.types.PropertyGroup):
         default=0,
         min=0,
         max=2**31 - 1,
+        override={"LIBRARY_OVERRIDABLE"},
     )
     filter: EnumProperty(
         name="Filter",
@@ -75,6 +81,8 @@ class SpectralTilesSettings(bpy.types.PropertyGroup):
             ("SUBRENDER", "Sub-renders", "One small render for each cell of the tile (not available yet)"),
         ),
         default="AUTO",
+        options=set(),
+        override={"LIBRARY_OVERRIDABLE"},
     )
 
 
@@ -84,6 +92,7 @@ def register():
         type=SpectralTilesSettings,
         name="Spectral Tiles",
         description="Settings of the Cycles Spectral Tiles render engine",
+        override={"LIBRARY_OVERRIDABLE"},
     )
 
 

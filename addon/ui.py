@@ -1,11 +1,17 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The panel in the render properties, and Cycles' own panels under our engine."""
 
+import textwrap
+
 import bpy
 from cycles.ui import CYCLES_RENDER_PT_sampling_advanced_sample_subset as _CyclesSampleSubset
 from cycles.ui import CYCLES_RENDER_PT_sampling_render_denoise as _CyclesDenoising
 
+from . import forecast, gather, library, tile_making, tile_picture
 from .engine import SpectralTilesRender
+from .failure import Refused
+from .plan import memory
+from .preset_menu import SPECTRAL_TILES_PT_presets
 
 _ENGINE = SpectralTilesRender.bl_idname
 
@@ -29,15 +35,22 @@ class SPECTRAL_TILES_PT_sampling(bpy.types.Panel):
     def poll(cls, context):
         return context.engine in cls.COMPAT_ENGINES
 
+    def draw_header_preset(self, context):
+        SPECTRAL_TILES_PT_presets.draw_panel_header(self.layout)
+
     def draw(self, context):
         layout = self.layout
         layout.use_property_split = True
         layout.use_property_decorate = False
         settings = context.scene.spectral_tiles
         layout.prop(settings, "samples")
-        layout.prop(settings, "tile")
+        row = layout.row(align=True)
+        row.prop(settings, "tile")
+        row.operator("spectral_tiles.generate_tile", text="", icon="ADD")
+        _draw_tile_job(layout)
         if settings.tile == "FILE":
             layout.prop(settings, "tile_path")
+        _draw_tile(layout, context)
         layout.prop(settings, "filter")
         if settings.filter != "AS_CYCLES":
             layout.prop(settings, "filter_width")
@@ -48,6 +61,58 @@ class SPECTRAL_TILES_PT_sampling(bpy.types.Panel):
         row.prop(settings, "seed")
         row.prop(context.scene.cycles, "use_animated_seed", text="", icon="TIME")
         layout.prop(settings, "driver")
+        _draw_forecast(layout, context)
+        layout.operator("spectral_tiles.compare", icon="MOD_INSTANCE")
+
+
+def _draw_tile_job(layout):
+    """The tile that is being generated."""
+    if tile_making.job is not None:
+        row = layout.row(align=True)
+        row.progress(factor=tile_making.job.fraction, text=f"Generating Tile {tile_making.job.fraction:.0%}")
+        row.operator("spectral_tiles.cancel_tile", text="", icon="X")
+
+
+def _draw_tile(layout, context):
+    """Picture of the tile and its spectrum, and how well the last render could follow it."""
+    scene = context.scene
+    try:
+        tile = library.tile(scene.spectral_tiles, scene.library)
+    except Refused:
+        return  # the forecast says why
+    if tile is None:
+        return
+    row = layout.row()
+    for icon, name in zip(tile_picture.icons(tile), (f"{tile.dims[0]}, {tile.size} px", "Spectrum"), strict=True):
+        column = row.column()
+        column.template_icon(icon, scale=6.0)
+        column.label(text=name)
+    plan = memory.latest()
+    if plan is not None and plan.errors:
+        errors = ", ".join(f"{name} {error:.3f}" for name, error in plan.errors.items())
+        _say(layout, context, f"Last render missed the tile by: {errors}", "BLANK1")
+
+
+def _draw_forecast(layout, context):
+    """What the scene makes of the settings, and what stands in the way."""
+    scene, layer = context.scene, context.view_layer
+    column = layout.column(align=True)
+    refusals = forecast.refusals(scene, layer)
+    for message in refusals:
+        _say(column, context, message, "ERROR")
+    if not refusals:
+        _say(column, context, forecast.uses(layer), "LIGHT")
+        _say(column, context, "One Cycles render, its pixels put in order afterwards", "RENDER_STILL")
+    for message in gather.ignored(scene):
+        _say(column, context, message, "INFO")
+
+
+def _say(layout, context, text, icon):
+    """A label that breaks into lines where the panel ends."""
+    width = context.region.width / context.preferences.system.ui_scale
+    for line in textwrap.wrap(text, max(16, int((width - 80) / 6.2))):
+        layout.label(text=line, icon=icon)
+        icon = "BLANK1"
 
 
 class SPECTRAL_TILES_PT_denoising(bpy.types.Panel):

@@ -181,13 +181,6 @@ def test_a_tile_of_the_users(tmp_path):
     rendering.assert_same_expectation(ours, native)
 
 
-def test_registers_again_and_again(extension):
-    for _ in range(20):
-        extension.unregister()
-        extension.register()
-    assert bpy.context.scene.spectral_tiles.samples == 1
-
-
 def test_cycles_panels_show(extension):
     panels = ("CYCLES_RENDER_PT_light_paths", "CYCLES_MATERIAL_PT_surface", "CYCLES_WORLD_PT_surface",
               "CYCLES_LIGHT_PT_light", "CYCLES_CAMERA_PT_dof", "RENDER_PT_format")  # fmt: skip

@@ -1,0 +1,80 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What a render of the scene will do, told before it is rendered."""
+
+import bpy
+
+from . import analysis, gather
+from .failure import Refused
+
+# Emitters of each view layer, by its depsgraph.  Counting them takes milliseconds in a scene of thousands of objects,
+# and a panel is drawn at every move of the mouse over it.
+_emitters = {}
+
+
+def uses(layer):
+    """What the scene's noise comes from, such as "Motion blur, lens and 3 lights".
+
+    Parameters
+    ----------
+    layer : bpy.types.ViewLayer
+        As the viewport shows it; nothing is evaluated for this.
+
+    Returns
+    -------
+    str or None
+        None as long as the view layer was never evaluated.
+    """
+    depsgraph = layer.depsgraph
+    if depsgraph is None:
+        return None
+    key = depsgraph.as_pointer()
+    if key not in _emitters:
+        _emitters[key] = analysis.emitters(depsgraph)
+    return sentence(analysis.scene_use(depsgraph, _emitters[key]))
+
+
+def sentence(use):
+    """An `analysis.SceneUse` in words."""
+    lights = f"{use.lights} light{'s' if use.lights > 1 else ''}"
+    present = (
+        (use.motion_blur, "motion blur"),
+        (use.lens, "lens"),
+        (use.lights, lights),
+        (use.bounces, "indirect light"),
+    )
+    words = [word for is_there, word in present if is_there]
+    if not words:
+        return "Nothing that makes noise"
+    text = " and ".join(filter(None, (", ".join(words[:-1]), words[-1])))
+    return text[0].upper() + text[1:]
+
+
+def refusals(scene, layer):
+    """Why this view layer will not be rendered: one message a reason, none if it will be."""
+    messages = []
+    for check in gather.CHECKS:
+        try:
+            check(scene, layer)
+        except Refused as refused:
+            messages.append(str(refused))
+    return messages
+
+
+@bpy.app.handlers.persistent
+def _forget(*_):
+    _emitters.clear()
+
+
+# Whatever may change the number of emitters.
+_HANDLERS = (bpy.app.handlers.depsgraph_update_post, bpy.app.handlers.frame_change_post, bpy.app.handlers.load_post)
+
+
+def register():
+    for handlers in _HANDLERS:
+        handlers.append(_forget)
+
+
+def unregister():
+    for handlers in _HANDLERS:
+        handlers.remove(_forget)
+    _emitters.clear()

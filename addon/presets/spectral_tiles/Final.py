@@ -1,0 +1,9 @@
+import bpy
+
+settings = bpy.context.scene.spectral_tiles
+cycles = bpy.context.scene.cycles
+
+settings.samples = 16
+settings.tile = "AUTO"
+settings.driver = "AUTO"
+cycles.use_animated_seed = False

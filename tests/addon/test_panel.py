@@ -1,0 +1,176 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What the panel offers: the forecast, presets, the comparison with Cycles, tiles made in the background."""
+
+import os
+
+import bpy
+import numpy as np
+import pytest
+
+import generator
+from addon import analysis, forecast, gather, library, tile_making, tile_picture
+from tests import rendering
+
+
+def build_scene(size=16):
+    scene = rendering.empty_scene(size, size)
+    rendering.add_camera((0, -5, 5), (np.radians(45), 0, 0))
+    rendering.add_plane(8, rendering.diffuse())
+    rendering.add_light("AREA", 300, (1, -1, 4), size=2)
+    scene.render.engine = "SPECTRAL_TILES"
+    bpy.context.view_layer.update()
+    return scene
+
+
+def use(motion_blur=False, lens=False, lights=0, bounces=False):
+    return analysis.SceneUse(motion_blur, lens, lights, bounces)
+
+
+@pytest.mark.parametrize(
+    ("used", "sentence"),
+    [
+        (use(), "Nothing that makes noise"),
+        (use(lens=True), "Lens"),
+        (use(lights=1, bounces=True), "1 light and indirect light"),
+        (use(True, True, 3), "Motion blur, lens and 3 lights"),
+    ],
+)
+def test_what_the_scene_uses_in_words(used, sentence):
+    assert forecast.sentence(used) == sentence
+
+
+def test_forecast_follows_the_scene():
+    scene = build_scene()
+    scene.cycles.max_bounces = 0
+    assert forecast.uses(bpy.context.view_layer) == "1 light"
+    rendering.add_light("POINT", 10, (0, 0, 2))
+    bpy.context.view_layer.update()
+    scene.render.use_motion_blur = True
+    assert forecast.uses(bpy.context.view_layer) == "Motion blur and 2 lights"
+
+
+def test_forecast_counts_only_after_a_change(monkeypatch):
+    build_scene()
+    forecast.uses(bpy.context.view_layer)
+    monkeypatch.setattr(analysis, "emitters", lambda depsgraph: pytest.fail("counted again"))
+    forecast.uses(bpy.context.view_layer)
+
+
+def test_forecast_tells_every_refusal():
+    scene = build_scene()
+    assert forecast.refusals(scene, bpy.context.view_layer) == []
+    scene.camera.data.type = "CUSTOM"
+    scene.spectral_tiles.tile = "FILE"
+    told = forecast.refusals(scene, bpy.context.view_layer)
+    assert len(told) == 2
+    with pytest.raises(RuntimeError) as refused:
+        bpy.ops.render.render()
+    assert told[0] in str(refused.value)
+
+
+def test_ignored_settings_are_told():
+    scene = build_scene()
+    assert gather.ignored(scene) == []
+    cycles = scene.cycles
+    cycles.use_adaptive_sampling = cycles.use_sample_subset = True
+    cycles.time_limit = 5.0
+    bpy.context.view_layer.samples = 3
+    assert len(gather.ignored(scene)) == 4
+    gather.set_samples(cycles, 1)
+    assert gather.ignored(scene) == []
+
+
+def preset_files():
+    return {name: os.path.join(folder, name) for folder in bpy.utils.preset_paths("spectral_tiles")
+            for name in os.listdir(folder) if name.endswith(".py")}  # fmt: skip
+
+
+def test_presets():
+    scene = build_scene()
+    found = preset_files()
+    seen = {}
+    for name in ("Preview.py", "Animation.py", "Final.py"):
+        bpy.ops.script.execute_preset(filepath=found[name], menu_idname="SPECTRAL_TILES_PT_presets")
+        seen[name] = (scene.spectral_tiles.samples, scene.cycles.use_animated_seed)
+    assert seen == {"Preview.py": (1, False), "Animation.py": (4, True), "Final.py": (16, False)}
+
+
+def test_comparison_fills_two_slots(tmp_path):
+    """Each slot holds what its engine renders alone at these samples, and the scene is as it was."""
+    scene = build_scene()
+    scene.spectral_tiles.samples = 3
+    scene.cycles.samples = 50
+    scene.cycles.use_adaptive_sampling = True
+    bpy.ops.render.render()
+    result = bpy.data.images["Render Result"]
+    users_slots = [slot.name for slot in result.render_slots]
+    bpy.ops.spectral_tiles.compare()
+    assert scene.render.engine == "SPECTRAL_TILES" and scene.cycles.samples == 50 and scene.cycles.use_adaptive_sampling
+    assert [slot.name for slot in result.render_slots] == [*users_slots, "Cycles", "Spectral Tiles"]
+    settings = scene.render.image_settings
+    settings.file_format, settings.color_depth = "OPEN_EXR", "32"
+    slots = {}
+    for name in ("Cycles", "Spectral Tiles"):
+        result.render_slots.active_index = [slot.name for slot in result.render_slots].index(name)
+        result.save_render(str(tmp_path / "slot.exr"))
+        slots[name] = next(iter(rendering.read_exr(tmp_path / "slot.exr").values()))[..., :3]
+    scene.cycles.use_adaptive_sampling = False
+    for name, engine in (("Cycles", "CYCLES"), ("Spectral Tiles", "SPECTRAL_TILES")):
+        alone = rendering.beauty(rendering.render(tmp_path, engine, samples=3))[..., :3]
+        assert np.abs(slots[name] - alone).max() < 1e-5
+    assert np.abs(slots["Cycles"] - slots["Spectral Tiles"]).max() > 1e-3
+
+
+def test_comparison_before_the_first_render():
+    build_scene()
+    assert "Render Result" not in bpy.data.images
+    bpy.ops.spectral_tiles.compare()
+    bpy.ops.spectral_tiles.compare()
+    names = [slot.name for slot in bpy.data.images["Render Result"].render_slots]
+    assert names.count("Cycles") == names.count("Spectral Tiles") == 1
+
+
+def test_refused_comparison_leaves_the_engine_as_it_was():
+    scene = build_scene()
+    scene.spectral_tiles.tile = "FILE"
+    with pytest.raises(RuntimeError, match="No tile file"):
+        bpy.ops.spectral_tiles.compare()
+    assert not bpy.types.RenderEngine.bl_rna_get_subclass_py("SPECTRAL_TILES").native
+
+
+def test_generated_tile_is_used(tmp_path):
+    scene = build_scene()
+    path = str(tmp_path / "mine.npz")
+    bpy.ops.spectral_tiles.generate_tile(filepath=path, method="stratified", size="16", seed=3)
+    assert (scene.spectral_tiles.tile, scene.spectral_tiles.tile_path) == ("FILE", path)
+    made = library.tile(scene.spectral_tiles)
+    assert made.dims == ("light.u", "light.v", "bsdf.u", "bsdf.v") and made.size == 16
+    bpy.ops.render.render()
+
+
+def test_tile_into_no_folder_is_refused(tmp_path):
+    scene = build_scene()
+    with pytest.raises(RuntimeError, match="no such folder"):
+        bpy.ops.spectral_tiles.generate_tile(filepath=str(tmp_path / "missing" / "mine.npz"), size="16")
+    assert scene.spectral_tiles.tile == "AUTO" and tile_making.job is None
+
+
+def test_cancelled_tile_leaves_no_file(tmp_path):
+    job = tile_making.Job(tmp_path / "mine.npz", method="spectral", size=64, dims=("t",), seed=0)
+    job.start()
+    while job.fraction == 0.0:
+        assert job.is_running()
+    job.cancelled = True
+    job.wait()
+    assert job.error is None and os.listdir(tmp_path) == []
+
+
+def test_picture_of_a_tile():
+    """White noise has a flat spectrum; a spectral tile's is dark in the middle."""
+    rng = np.random.default_rng(1)
+    white = generator.Tile(("t", "light.u"), rng.random((64, 64, 1, 2), dtype=np.float32))
+    blue = generator.load_tile(os.path.join(os.path.dirname(library.__file__), "tiles", "spectral_64.npz"))
+    middle = (slice(48, 80), slice(48, 80))
+    assert 0.35 < tile_picture.spectrum(white)[middle].mean() < 0.6
+    assert tile_picture.spectrum(blue)[middle].mean() < 0.1
+    assert np.array_equal(tile_picture.values(white)[:64, :64], white.values[..., 0, 0])
