@@ -3,6 +3,7 @@
 
 import bpy
 
+from . import forecast
 from .engine import SpectralTilesRender
 
 # Name of the slot, and whether Cycles renders into it on its own.
@@ -53,6 +54,9 @@ class SPECTRAL_TILES_OT_compare(bpy.types.Operator):
     # In a window each render is a job of its own, and this waits for it to end.
 
     def invoke(self, context, event):
+        for message in forecast.refusals(context.scene, context.view_layer):
+            self.report({"ERROR"}, message)
+            return {"CANCELLED"}
         self._left = list(_RENDERS)
         self._stopped = False
         bpy.app.handlers.render_cancel.append(self._stop)

@@ -29,6 +29,7 @@ class SPECTRAL_TILES_PT_sampling(bpy.types.Panel):
     bl_space_type = "PROPERTIES"
     bl_region_type = "WINDOW"
     bl_context = "render"
+    bl_parent_id = "CYCLES_RENDER_PT_sampling"  # where Cycles has the settings that ours replace
     COMPAT_ENGINES = {_ENGINE}
 
     @classmethod
@@ -86,7 +87,9 @@ def _draw_tile(layout, context):
     for icon, name in zip(tile_picture.icons(tile), (f"{tile.dims[0]}, {tile.size} px", "Spectrum"), strict=True):
         column = row.column()
         column.template_icon(icon, scale=6.0)
-        column.label(text=name)
+        line = column.row()
+        line.alignment = "CENTER"
+        line.label(text=name)
     plan = memory.latest()
     if plan is not None and plan.errors:
         errors = ", ".join(f"{name} {error:.3f}" for name, error in plan.errors.items())
@@ -97,11 +100,11 @@ def _draw_forecast(layout, context):
     """What the scene makes of the settings, and what stands in the way."""
     scene, layer = context.scene, context.view_layer
     column = layout.column(align=True)
+    _say(column, context, forecast.uses(layer), "LIGHT")
     refusals = forecast.refusals(scene, layer)
     for message in refusals:
         _say(column, context, message, "ERROR")
     if not refusals:
-        _say(column, context, forecast.uses(layer), "LIGHT")
         _say(column, context, "One Cycles render, its pixels put in order afterwards", "RENDER_STILL")
     for message in gather.ignored(scene):
         _say(column, context, message, "INFO")
@@ -110,7 +113,7 @@ def _draw_forecast(layout, context):
 def _say(layout, context, text, icon):
     """A label that breaks into lines where the panel ends."""
     width = context.region.width / context.preferences.system.ui_scale
-    for line in textwrap.wrap(text, max(16, int((width - 80) / 6.2))):
+    for line in textwrap.wrap(text, max(16, int((width - 64) / 6))):
         layout.label(text=line, icon=icon)
         icon = "BLANK1"
 

@@ -1,0 +1,319 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What an artist does, done in a Blender window; run by `tests/ui/test_window.py`, never imported.
+
+Blender runs this file with the folder to work in.  Each step notes what it saw in `facts.json` there and takes a
+screenshot; judging them is up to the tests.
+"""
+
+import importlib
+import json
+import os
+import subprocess
+import sys
+import time
+import traceback
+
+import bpy
+
+FOLDER = sys.argv[-1]
+FACTS = {}
+
+# By its name xdotool would press F12 together with Alt, which the display's keymap has too; this is its code.
+F12, ESCAPE = "96", "Escape"
+
+
+def note(**facts):
+    FACTS.update(facts)
+    with open(os.path.join(FOLDER, "facts.json"), "w", encoding="utf-8") as file:
+        json.dump(FACTS, file, indent=1)
+
+
+def shoot(name):
+    """Take a picture of the whole screen."""
+    subprocess.run(["import", "-window", "root", os.path.join(FOLDER, f"{name}.png")], check=True)
+
+
+def press(key):
+    """Press a key over the middle of the 3D view, or what Blender shows in its place."""
+    subprocess.run(["xdotool", "mousemove", "500", "400", "key", key], check=True)
+
+
+def area(kind):
+    return next(found for found in bpy.context.window_manager.windows[0].screen.areas if found.type == kind)
+
+
+def looking_at(kind):
+    """Context of an area of the main window."""
+    window = bpy.context.window_manager.windows[0]
+    found = area(kind)
+    region = next(part for part in found.regions if part.type == "WINDOW")
+    return bpy.context.temp_override(window=window, area=found, region=region)
+
+
+def rendering():
+    return bpy.app.is_job_running("RENDER")
+
+
+def idle(seconds):
+    """Wait while Blender draws."""
+    end = time.monotonic() + seconds
+    while time.monotonic() < end:
+        yield
+
+
+def until(condition, seconds):
+    """Wait for `condition()`; raises TimeoutError."""
+    end = time.monotonic() + seconds
+    while not condition():
+        if time.monotonic() > end:
+            raise TimeoutError(f"still waiting after {seconds} s")
+        yield
+
+
+def redraw():
+    for window in bpy.context.window_manager.windows:
+        for found in window.screen.areas:
+            found.tag_redraw()
+
+
+def module(name):
+    """A module of the installed extension."""
+    return importlib.import_module(f"bl_ext.user_default.spectral_tiles.addon.{name}")
+
+
+def install():
+    bpy.ops.screen.userpref_show("INVOKE_DEFAULT", section="EXTENSIONS")
+    yield from idle(1)
+    archive = os.path.join(FOLDER, "spectral_tiles.zip")
+    bpy.ops.extensions.package_install_files(
+        "EXEC_DEFAULT", filepath=archive, repo="user_default", enable_on_install=True
+    )
+    yield from idle(1)
+    shoot("preferences")
+    note(enabled="bl_ext.user_default.spectral_tiles" in bpy.context.preferences.addons)
+    with bpy.context.temp_override(window=bpy.context.window_manager.windows[-1]):
+        bpy.ops.wm.window_close()
+    yield from idle(0.5)
+
+
+def build_scene():
+    """Blender's first scene, with a turning cube, an open lens and a bright world, small."""
+    scene = bpy.context.scene
+    scene.render.engine = "SPECTRAL_TILES"
+    scene.render.resolution_x, scene.render.resolution_y = 160, 120
+    scene.render.filepath = os.path.join(FOLDER, "frame_")
+    scene.render.use_motion_blur = True
+    scene.camera.data.dof.use_dof = True
+    cube = bpy.data.objects["Cube"]
+    for frame in (1, 4):
+        cube.rotation_euler[2] = 0.3 * frame
+        cube.keyframe_insert("rotation_euler", frame=frame)
+    scene.frame_set(1)
+    area("PROPERTIES").spaces[0].context = "RENDER"
+    yield from idle(0.5)
+
+
+def panel():
+    scene, layer = bpy.context.scene, bpy.context.view_layer
+    forecast = module("forecast")
+    with looking_at("PROPERTIES"):
+        bpy.ops.screen.screen_full_area()
+    yield from idle(1)
+    shoot("panel_automatic")
+    scene.spectral_tiles.tile = "SPECTRAL_64"
+    redraw()
+    yield from idle(1)
+    shoot("panel_tile")
+    icons = module("tile_picture").icons(module("library").tile(scene.spectral_tiles))
+    note(uses=forecast.uses(layer), refusals=forecast.refusals(scene, layer), icons=icons)
+    scene.camera.data.type = "CUSTOM"
+    redraw()
+    yield from idle(1)
+    shoot("panel_refused")
+    note(refusals_of_custom_camera=forecast.refusals(scene, layer))
+    scene.camera.data.type = "PERSP"
+    scene.spectral_tiles.tile = "AUTO"
+    with looking_at("PROPERTIES"):
+        bpy.ops.screen.back_to_previous()
+    yield from idle(1)
+
+
+def undo():
+    settings = bpy.context.scene.spectral_tiles
+    for samples in (3, 5):
+        settings.samples = samples
+        with looking_at("VIEW_3D"):
+            bpy.ops.ed.undo_push(message="Samples")
+    with looking_at("VIEW_3D"):
+        bpy.ops.ed.undo()
+    note(samples_after_undo=bpy.context.scene.spectral_tiles.samples)
+    yield
+
+
+def save_result(name):
+    """The render result as a float EXR."""
+    settings = bpy.context.scene.render.image_settings
+    before = settings.file_format, settings.color_depth
+    settings.file_format, settings.color_depth = "OPEN_EXR", "32"
+    bpy.data.images["Render Result"].save_render(os.path.join(FOLDER, f"{name}.exr"))
+    settings.file_format, settings.color_depth = before
+
+
+def still():
+    """F12, on the keyboard."""
+    bpy.context.scene.spectral_tiles.samples = 4
+    press(F12)
+    yield from until(rendering, 10)
+    yield from until(lambda: not rendering(), 60)
+    yield from idle(1)
+    shoot("still")
+    save_result("still")
+    press(ESCAPE)
+    yield from idle(0.5)
+
+
+def cancel():
+    """F12 for a long render, then Esc."""
+    bpy.context.scene.spectral_tiles.samples = 4096
+    press(F12)
+    yield from until(rendering, 10)
+    yield from idle(2)
+    shoot("cancel")
+    note(was_rendering=rendering())
+    start = time.monotonic()
+    press(ESCAPE)
+    yield from until(lambda: not rendering(), 60)
+    note(seconds_to_cancel=round(time.monotonic() - start, 2))
+    press(ESCAPE)
+    yield from idle(0.5)
+
+
+def animation():
+    scene = bpy.context.scene
+    scene.spectral_tiles.samples = 2
+    scene.frame_start, scene.frame_end = 1, 3
+    bpy.ops.render.render("INVOKE_DEFAULT", animation=True)
+    yield from until(rendering, 10)
+    yield from until(lambda: not rendering(), 90)
+    yield from idle(0.5)
+    shoot("animation")
+    press(ESCAPE)
+    yield from idle(0.5)
+
+
+def compare():
+    """Compare with Cycles, and both slots."""
+    bpy.context.scene.spectral_tiles.samples = 2
+    slots = bpy.data.images["Render Result"].render_slots
+    bpy.ops.spectral_tiles.compare("INVOKE_DEFAULT")
+    yield from until(rendering, 10)
+    yield from until(lambda: not rendering() and slots.active.name == "Spectral Tiles", 60)
+    yield from idle(1)
+    names = [slot.name for slot in slots]
+    for name in ("Cycles", "Spectral Tiles"):
+        slots.active_index = names.index(name)
+        redraw()
+        yield from idle(0.5)
+        shoot(f"slot_{name}")
+        save_result(name)
+    note(slots=names, native_afterwards=module("engine").SpectralTilesRender.native)
+    press(ESCAPE)
+    yield from idle(0.5)
+
+
+def generate():
+    """Generate a tile in the background; then another one, which is cancelled."""
+    settings = bpy.context.scene.spectral_tiles
+    making = module("tile_making")
+    path = os.path.join(FOLDER, "made.npz")
+    bpy.ops.spectral_tiles.generate_tile("EXEC_DEFAULT", filepath=path, method="scanning", size="64")
+    yield from until(lambda: making.job.fraction > 0.3, 60)
+    redraw()
+    yield from idle(0.2)
+    shoot("generating")
+    yield from until(lambda: making.job is None, 120)
+    note(tile=settings.tile, tile_path_is_right=settings.tile_path == path, tile_size=os.path.getsize(path))
+    bpy.ops.spectral_tiles.generate_tile("EXEC_DEFAULT", filepath=os.path.join(FOLDER, "cancelled.npz"), size="128")
+    yield from until(lambda: making.job.fraction > 0.0, 60)
+    start = time.monotonic()
+    bpy.ops.spectral_tiles.cancel_tile()
+    yield from until(lambda: making.job is None, 30)
+    note(seconds_to_cancel_tile=round(time.monotonic() - start, 2), tile_path_kept=settings.tile_path == path)
+    note(cancelled_file_is_there=os.path.exists(os.path.join(FOLDER, "cancelled.npz")))
+    settings.tile = "AUTO"
+    yield
+
+
+def presets():
+    """A preset of the user's own is added, used and removed."""
+    settings = bpy.context.scene.spectral_tiles
+    settings.samples = 11
+    bpy.ops.spectral_tiles.preset_add(name="Mine")
+    settings.samples = 1
+    path = bpy.utils.preset_find("Mine", "spectral_tiles")
+    bpy.ops.script.execute_preset(filepath=path, menu_idname="SPECTRAL_TILES_PT_presets")
+    note(samples_of_own_preset=settings.samples)
+    bpy.ops.spectral_tiles.preset_add(name="Mine", remove_name=True)
+    note(own_preset_afterwards=bpy.utils.preset_find("Mine", "spectral_tiles"))
+    yield
+
+
+def off_and_on():
+    """Switch the extension off and on in the preferences, twenty times."""
+    for _ in range(20):
+        bpy.ops.preferences.addon_disable(module="bl_ext.user_default.spectral_tiles")
+        yield
+        bpy.ops.preferences.addon_enable(module="bl_ext.user_default.spectral_tiles")
+        yield
+    yield from idle(0.5)
+    note(engine_afterwards=bpy.context.scene.render.engine, samples_afterwards=bpy.context.scene.spectral_tiles.samples)
+
+
+def refused():
+    """F12 and the comparison where they cannot be done: nothing is rendered, and Blender goes on."""
+    scene = bpy.context.scene
+    scene.camera.data.type = "CUSTOM"
+    press(F12)
+    yield from idle(3)
+    shoot("refused")
+    note(comparison_of_refused=list(bpy.ops.spectral_tiles.compare("INVOKE_DEFAULT")))
+    scene.camera.data.type = "PERSP"
+    press(ESCAPE)
+    yield from idle(0.5)
+
+
+STEPS = (install, build_scene, panel, undo, presets, generate, refused, still, cancel, animation, compare, off_and_on)
+
+# Those that need a driver that works in this build of Blender.
+RENDERS = {still, cancel, animation, compare}
+
+
+def story():
+    view = bpy.context.preferences.view
+    view.show_splash, view.render_display_type = False, "SCREEN"
+    for step in STEPS:
+        if step in RENDERS:
+            module("engine").SpectralTilesRender.native = True
+        start = time.monotonic()
+        yield from step()
+        note(**{f"{step.__name__}_seconds": round(time.monotonic() - start, 1)})
+    note(finished=True)
+
+
+RUNNING = story()
+
+
+def advance():
+    try:
+        next(RUNNING)
+        return 0.05
+    except StopIteration:
+        pass
+    except BaseException:
+        note(error=traceback.format_exc())
+        shoot("error")
+    bpy.ops.wm.quit_blender()
+    return None
+
+
+bpy.app.timers.register(advance, first_interval=2.0, persistent=True)

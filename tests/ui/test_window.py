@@ -1,0 +1,140 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The extension in a real Blender window, Debian's, as an artist meets it.
+
+One session (`session.py`) is run for all tests, inside a Debian root that is made on first use (`make_root`).  Where
+that root is, or shall be, says the environment variable SPECTRAL_TILES_WINDOW_ROOT; without it these tests are skipped.
+The folder that SPECTRAL_TILES_WINDOW_SHOTS names, if any, receives the screenshots.
+"""
+
+import json
+import os
+import shutil
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+pytest.importorskip("bpy")
+
+from bench.archive import build
+from tests import rendering
+from tests.ui import window
+
+FRAMES = ("frame_0001.png", "frame_0002.png", "frame_0003.png")
+
+
+@pytest.fixture(scope="module")
+def results(tmp_path_factory):
+    """Folder with everything that the session left."""
+    root = os.environ.get("SPECTRAL_TILES_WINDOW_ROOT")
+    if not root:
+        pytest.skip("no Blender window: SPECTRAL_TILES_WINDOW_ROOT names no folder for it")
+    why_not = window.make_root(Path(root))
+    if why_not:
+        pytest.skip(f"no Blender window: {why_not}")
+    folder = tmp_path_factory.mktemp("window")
+    window.run(Path(root), build(tmp_path_factory.mktemp("dist")), folder)
+    if shots := os.environ.get("SPECTRAL_TILES_WINDOW_SHOTS"):
+        shutil.copytree(folder, shots, dirs_exist_ok=True)
+    return folder
+
+
+@pytest.fixture(scope="module")
+def facts(results):
+    facts = json.loads((results / "facts.json").read_text())
+    assert "error" not in facts, facts["error"]
+    return facts
+
+
+@pytest.fixture
+def renders(facts):
+    if facts["refusals"]:
+        pytest.skip(f"this build of Blender does not render: {facts['refusals'][0]}")
+
+
+def picture(path):
+    """RGB of an image file, float32, rows from the top."""
+    return next(iter(rendering.read_exr(path).values()))[..., :3]
+
+
+def test_the_whole_session_ran(facts):
+    assert facts["finished"]
+
+
+def test_installed_through_the_preferences(facts):
+    assert facts["enabled"]
+
+
+def test_panel_tells_what_the_scene_uses(facts):
+    assert facts["uses"] == "Motion blur, lens, 2 lights and indirect light"
+
+
+def test_panel_tells_that_a_camera_is_refused(facts):
+    assert len(facts["refusals_of_custom_camera"]) == len(facts["refusals"]) + 1
+    assert "custom (OSL)" in facts["refusals_of_custom_camera"][-1]
+
+
+def test_pictures_of_the_tile_are_drawn(results, facts):
+    """With a tile chosen the panel holds a white and black picture that it does not hold without."""
+    assert 0 not in facts["icons"]
+    without, with_tile = (picture(results / f"panel_{name}.png") for name in ("automatic", "tile"))
+
+    def bright(image):
+        return (image[200:].min(axis=-1) > 0.9).sum()
+
+    # The two pictures have 120 x 120 pixels each, of which a good part is white.
+    assert bright(with_tile) > bright(without) + 3000
+
+
+def test_undo(facts):
+    assert facts["samples_after_undo"] == 3
+
+
+def test_own_preset(facts):
+    assert facts["samples_of_own_preset"] == 11
+    assert facts["own_preset_afterwards"] is None
+
+
+def test_tile_is_generated_in_the_background(facts):
+    assert facts["tile"] == "FILE" and facts["tile_path_is_right"] and facts["tile_size"] > 1000
+
+
+def test_generating_can_be_cancelled(facts):
+    assert facts["seconds_to_cancel_tile"] < 5
+    assert facts["tile_path_kept"] and not facts["cancelled_file_is_there"]
+
+
+def test_comparison_is_refused_at_once(facts):
+    assert facts["comparison_of_refused"] == ["CANCELLED"]
+
+
+def test_still(results, renders):
+    """A cube lit from one side before a grey world."""
+    image = picture(results / "still.exr")
+    assert image.shape == (120, 160, 3) and np.isfinite(image).all()
+    assert image[60, 80].min() > 2 * image[5, 5].max() > 0.01
+
+
+def test_escape_cancels(facts, renders):
+    assert facts["was_rendering"]
+    assert facts["seconds_to_cancel"] < 5
+
+
+def test_animation(results, renders):
+    frames = [picture(results / name) for name in FRAMES]
+    assert all(frame.shape == (120, 160, 3) for frame in frames)
+    # The cube turns, and the noise changes from frame to frame.
+    assert np.abs(frames[0] - frames[1]).max() > 0.1 and np.abs(frames[1] - frames[2]).max() > 0.1
+
+
+def test_comparison_fills_its_slots(results, facts, renders):
+    """Both slots show the same scene with other samples."""
+    assert {"Cycles", "Spectral Tiles"} <= set(facts["slots"]) and not facts["native_afterwards"]
+    cycles, ours = picture(results / "Cycles.exr"), picture(results / "Spectral Tiles.exr")
+    difference = np.abs(cycles - ours)
+    assert difference.max() > 1e-3
+    assert difference.mean() < 0.1 * cycles.mean()
+
+
+def test_off_and_on_twenty_times(facts):
+    assert facts["engine_afterwards"] == "SPECTRAL_TILES" and facts["samples_afterwards"] >= 1
