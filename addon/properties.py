@@ -17,6 +17,10 @@ _FILTERS = (
 )
 
 
+# Blender 5.2 makes no library overrides of scenes; whatever it lets one override, these settings may be.
+_OVERRIDABLE = {"LIBRARY_OVERRIDABLE"}
+
+
 def _set_customary_width(settings, _context):
     settings.filter_width = reconstruction.CUSTOMARY_WIDTHS.get(settings.filter, settings.filter_width)
 
@@ -29,21 +33,21 @@ class SpectralTilesSettings(bpy.types.PropertyGroup):
         min=1,
         max=4096,
         soft_max=64,
-        override={"LIBRARY_OVERRIDABLE"},
+        override=_OVERRIDABLE,
     )
     tile: EnumProperty(
         name="Tile",
         description="Pattern of sample parameters that is repeated over the image",
         items=library.ITEMS,
         options=set(),
-        override={"LIBRARY_OVERRIDABLE"},
+        override=_OVERRIDABLE,
     )
     tile_path: StringProperty(
         name="Tile File",
         description="Tile made by the generator (.npz), or an image with one channel a dimension (.exr)",
         subtype="FILE_PATH",
         options={"PATH_SUPPORTS_BLEND_RELATIVE"},
-        override={"LIBRARY_OVERRIDABLE"},
+        override=_OVERRIDABLE,
     )
     seed: IntProperty(
         name="Seed",
@@ -51,7 +55,7 @@ class SpectralTilesSettings(bpy.types.PropertyGroup):
         default=0,
         min=0,
         max=2**31 - 1,
-        override={"LIBRARY_OVERRIDABLE"},
+        override=_OVERRIDABLE,
     )
     filter: EnumProperty(
         name="Filter",
@@ -59,6 +63,8 @@ class SpectralTilesSettings(bpy.types.PropertyGroup):
         items=_FILTERS,
         default="AS_CYCLES",
         update=_set_customary_width,
+        options=set(),
+        override=_OVERRIDABLE,
     )
     filter_width: FloatProperty(
         name="Width",
@@ -67,10 +73,23 @@ class SpectralTilesSettings(bpy.types.PropertyGroup):
         min=1.0,
         max=16.0,
         subtype="PIXEL",
+        override=_OVERRIDABLE,
     )
-    filter_b: FloatProperty(name="B", description="Blur of the Mitchell-Netravali filter", default=1 / 3, min=0, max=1)
+    filter_b: FloatProperty(
+        name="B",
+        description="Blur of the Mitchell-Netravali filter",
+        default=1 / 3,
+        min=0,
+        max=1,
+        override=_OVERRIDABLE,
+    )
     filter_c: FloatProperty(
-        name="C", description="Ringing of the Mitchell-Netravali filter", default=1 / 3, min=0, max=1
+        name="C",
+        description="Ringing of the Mitchell-Netravali filter",
+        default=1 / 3,
+        min=0,
+        max=1,
+        override=_OVERRIDABLE,
     )
     driver: EnumProperty(
         name="Driver",
@@ -82,7 +101,7 @@ class SpectralTilesSettings(bpy.types.PropertyGroup):
         ),
         default="AUTO",
         options=set(),
-        override={"LIBRARY_OVERRIDABLE"},
+        override=_OVERRIDABLE,
     )
 
 
@@ -92,7 +111,7 @@ def register():
         type=SpectralTilesSettings,
         name="Spectral Tiles",
         description="Settings of the Cycles Spectral Tiles render engine",
-        override={"LIBRARY_OVERRIDABLE"},
+        override=_OVERRIDABLE,
     )
 
 

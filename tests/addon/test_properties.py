@@ -15,9 +15,10 @@ def own_properties():
     return [prop for prop in settings().bl_rna.properties if prop.identifier not in {"rna_type", "name"}]
 
 
-def test_every_property_is_described_as_blender_does():
+def test_every_property_is_described_and_overridable():
     for prop in own_properties():
         assert prop.description and not prop.description.endswith("."), prop.identifier
+        assert prop.is_overridable, prop.identifier
 
 
 def test_what_can_be_animated():
