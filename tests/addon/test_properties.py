@@ -71,6 +71,8 @@ def test_registers_again_and_again(extension):
         classes = sorted(name for name in dir(bpy.types) if "spectral_tiles" in name.lower())
         return handlers, classes, bpy.utils.preset_paths("spectral_tiles")
 
+    rendering.empty_scene()
+    settings().samples = 7
     before = traces()
     extension.unregister()
     without = traces()
@@ -81,4 +83,4 @@ def test_registers_again_and_again(extension):
         extension.unregister()
         assert traces() == without
     extension.register()
-    assert settings().samples == 1
+    assert settings().samples == 7
