@@ -4,14 +4,15 @@
 Cycles' blue noise gives every aligned block of 2^k x 2^k pixels one block of 4^k consecutive points of its sequence,
 four sub-blocks in random order, and so on down to single pixels.  Each such block of points is well stratified in every
 dimension of every bounce, which is where its quality comes from; the order of the four is left to chance.  Here that
-order is chosen instead: block by block, the one of the 24 permutations (less those below) that makes the visible error
-smallest,
+order is chosen instead: block by block, coarse blocks first, the one of the 24 permutations (less those below) that
+makes the visible error smallest,
 
-    E = sum over p, q of G(p - q) sum over modes m of w_m f_m(s_p) f_m(s_q),
+    E = sum over p, q of G(p - q) sum over modes m of f_m(p) f_m(q),
 
-which is DESIGN's spectral criterion: f_m are cosines of the sample's parameters s, w_m says how strong integrands are
-there, and G is the autocorrelation of the low-pass through which the picture is seen (Mitchell 1991, section 5: the
-parameters of samples inside any disc of the image should be a high-frequency pattern, jointly and in each marginal).
+which is DESIGN's spectral criterion: f_m are cosine modes of the samples' parameters (`addon.modes`), and G is the
+autocorrelation of the low-pass through which the picture is seen (Mitchell 1991, section 5: the parameters of samples
+inside any disc of the image should be a high-frequency pattern, jointly and in each marginal).  Coarse blocks stand for
+the means of their samples, and are seen through a low-pass of their own size.
 
 Dimensions that are not looked at keep Cycles' stratification, since the blocks are kept, and gain a little: two points
 that follow each other in the sequence complement each other best, so permutations that would put such a pair on a
@@ -22,211 +23,195 @@ import itertools
 
 import numpy as np
 
-# The low-pass through which a picture is seen is a Gaussian of one pixel; its autocorrelation has twice the variance.
-# This is one axis of it, and how far it reaches.
-_REACH = 4
-_LOW_PASS = np.exp(-(np.arange(-_REACH, _REACH + 1) ** 2) / 4.0).astype(np.float32)
+# Blocks of up to 2 ** 5 pixels a side are permuted.
+_LEVELS = 5
 
-# Sides of the blocks whose four quarters are permuted, in the order of treatment.
-_BLOCKS = (4, 2, 2)
+#: Sides of what is arranged at once must be multiples of this many pixels.
+ALIGNMENT = 4 * 2 ** (_LEVELS - 1)
 
 _PERMUTATIONS = np.array(list(itertools.permutations(range(4))))
-_PAIRS = tuple(itertools.combinations(range(4), 2))
+
+# The three ways to pair four quarters; a permutation puts one of them on the block's diagonals.
+_PAIRINGS = (((0, 1), (2, 3)), ((0, 2), (1, 3)), ((0, 3), (1, 2)))
 
 
-def _quarter_table():
-    """(16, 24): which of the 16 (place, quarter) costs each permutation pays."""
-    table = np.zeros((4, 4, 24), np.float32)
-    for column, order in enumerate(_PERMUTATIONS):
-        table[range(4), order, column] = 1.0
-    return table.reshape(16, 24)
+def _low_pass(sigma):
+    """Weights at distances 0, 1, 2 of the autocorrelation of a Gaussian, cut off there."""
+    return np.exp(-(np.arange(3) ** 2) / (4.0 * sigma**2)).astype(np.float32)
 
 
-def _pair_table():
-    """(96, 24): which of the 6 x 16 costs of two quarters at two places each permutation pays."""
-    table = np.zeros((6, 4, 4, 24), np.float32)
-    for row, (a, b) in enumerate(_PAIRS):
-        for column, order in enumerate(_PERMUTATIONS):
-            table[row, order[a], order[b], column] = 1.0
-    return table.reshape(96, 24)
+# Pixels are arranged for a low-pass of about a pixel, twice; coarser blocks, once, for one of about half their side.
+_FINE, _COARSE = (_low_pass(0.9), 2), (_low_pass(0.6), 1)
 
 
-_QUARTER_TABLE, _PAIR_TABLE = _quarter_table(), _pair_table()
+def _cost_table():
+    """(24, 19): which of the 16 costs of (place, quarter) and 3 of pairings on the diagonals a permutation pays."""
+    table = np.zeros((24, 19), np.float32)
+    for row, order in zip(table, _PERMUTATIONS, strict=True):
+        row[4 * np.arange(4) + order] = 1.0
+        row[16:] = [{order[0], order[3]} in map(set, pairing) for pairing in _PAIRINGS]
+    return table
 
 
-def modes(groups, count):
-    """The strongest cosine modes of some groups of dimensions.
+_COST_TABLE = _cost_table()
 
-    Parameters
-    ----------
-    groups : sequence of (tuple of int, float)
-        Columns of the sample that integrands depend on together, and how much of the error to blame on them.
-    count : int
-        How many modes to keep.
-
-    Returns
-    -------
-    list of (dict of int to int, float)
-        Per mode the half-periods along each column it depends on, and its weight.  A step along a random plane has
-        the power |m|^-(d + 1) at mode m in d dimensions; a product of k cosines has the variance 2^-k.
-    """
-    weights = {}
-    for columns, share in groups:
-        local = {}
-        for numbers in itertools.product(range(4), repeat=len(columns)):
-            if any(numbers):
-                mode = tuple((column, m) for column, m in zip(columns, numbers, strict=True) if m)
-                local[mode] = sum(m * m for m in numbers) ** (-(len(columns) + 1) / 2) * 2.0 ** len(mode)
-        total = sum(local.values())
-        for mode, weight in local.items():
-            weights[mode] = weights.get(mode, 0.0) + share * weight / total
-    strongest = sorted(weights, key=weights.get, reverse=True)[:count]
-    return [(dict(mode), weights[mode]) for mode in strongest]
+# More than any permutation costs; infinity times the table's zeros would not do.
+_FORBIDDEN = np.float32(1e9)
 
 
-def features(values, chosen_modes):
-    """What each pixel's samples contribute to each mode's error.
-
-    Parameters
-    ----------
-    values : float32 array, shape (pixels, samples, dims)
-    chosen_modes : list
-        Of `modes`.
-
-    Returns
-    -------
-    float32 array, shape (pixels, modes)
-        sqrt(w_m) times the mean of the mode over the pixel's samples, without the mean over the pixels.
-    """
-    cosines = {}
-    result = np.empty((len(values), len(chosen_modes)), np.float32)
-    for row, (mode, weight) in enumerate(chosen_modes):
-        product = np.float32(weight**0.5 * 2.0 ** (len(mode) / 2))
-        for factor in mode.items():
-            if factor not in cosines:
-                column, m = factor
-                cosines[factor] = np.cos(np.float32(np.pi * m) * values[..., column])
-            product = product * cosines[factor]
-        result[:, row] = product.mean(axis=1)
-    return result - result.mean(axis=0)
-
-
-def arrange(error_features, index):
+def arrange(features, count, ranks, inside):
     """Choose the order of the quarters of every aligned block.
 
     Parameters
     ----------
-    error_features : float32 array, shape (height, width, modes)
-        Of the samples in Cycles' own order; height and width are multiples of 4, and the first pixel's absolute
-        coordinates are too.
-    index : uint32 array, shape (height, width)
-        Their ranks in the sequence.
+    features : iterable of float32 arrays, shape (height, width)
+        One for each mode, of the samples in Cycles' own order (`addon.modes.features`).  Height and width, and the
+        absolute coordinates of the first pixel, are multiples of `ALIGNMENT`.
+    count : int
+        How many modes there are.
+    ranks : uint32 array, shape (height, width)
+        The samples' ranks in the sequence.
+    inside : bool array, shape (height, width)
+        Pixels that are rendered; blocks with others stay as they are.
 
     Returns
     -------
     int32 array, shape (height, width)
         The pixel, row by row, whose sample should stand here.
     """
-    height, width, _ = error_features.shape
-    field = _padded(error_features)
-    order = _padded(np.arange(height * width, dtype=np.int32).reshape(height, width, 1))
-    rank = _padded(index[:, :, None])
-    for side in _BLOCKS:
-        for first_y, first_x in itertools.product((0, side), (0, side)):
-            # Every second block each way: those in between stay put, so that what one decides on is still true.
-            count_y, count_x = -((first_y - height) // (2 * side)), -((first_x - width) // (2 * side))
-            if count_y and count_x:
-                _permute(field, order, rank, side, (first_y, count_y), (first_x, count_x))
-    return order[_REACH : _REACH + height, _REACH : _REACH + width, 0]
+    height, width = ranks.shape
+    # With a margin of one cell, in which nothing is seen.
+    fields = [
+        np.zeros((count, 4, 4, 2 + height // (4 << level), 2 + width // (4 << level)), np.float32)
+        for level in range(_LEVELS)
+    ]
+    for mode, means in enumerate(features):
+        for field in fields:
+            field[mode, ..., 1:-1, 1:-1] = _interleaved(means)
+            means = sum(_quarters(means)) / np.float32(4)
+    order = np.arange(ranks.size >> 2 * _LEVELS - 2, dtype=np.int32).reshape(means.shape[0] * 2, -1)
+    for level in reversed(range(_LEVELS)):
+        node_ranks = ranks[:: 1 << level, :: 1 << level] >> np.uint32(2 * level)
+        side = 2 << level
+        whole = inside.reshape(height // side, side, -1, side).all(axis=(1, 3))
+        order = _rearranged(order, fields[level], node_ranks, whole, *(_COARSE if level else _FINE))
+        if level:
+            order = _children(order)
+    return order
 
 
-def _padded(pixels):
-    """A copy with a margin: the low-pass's reach before, and room for a whole pair of blocks and the reach behind."""
-    margin = (_REACH, _REACH + 2 * max(_BLOCKS))
-    return np.pad(pixels, (margin, margin, (0, 0)))
+def _quarters(grid):
+    """Views of the lower left, lower right, upper left and upper right quarter of every block of 2 x 2."""
+    return [grid[..., y::2, x::2] for y in (0, 1) for x in (0, 1)]
 
 
-def _every_second(pixels, axis, side, first, count, shift=0):
-    """View of the pixels along one axis, from `first`, as (count, side): every second block of that side."""
-    start = _REACH + first + shift
-    part = pixels[(slice(None),) * axis + (slice(start, start + count * 2 * side),)]
-    split = part.reshape(*part.shape[:axis], count, 2 * side, *part.shape[axis + 1 :])
-    return split[(slice(None),) * (axis + 1) + (slice(side),)]
+def _children(order):
+    """The same order, of nodes half as large."""
+    height, width = order.shape
+    children = np.empty((2 * height, 2 * width), np.int32)
+    first = 2 * order + 2 * width * (order // width)
+    for child, offset in zip(_quarters(children), (0, 1, 2 * width, 2 * width + 1), strict=True):
+        child[...] = first + np.int32(offset)
+    return children
 
 
-def _low_passed(pixels, axis, *blocks):
-    """The low-pass along one axis, at every second block."""
-    total = _every_second(pixels, axis, *blocks) * _LOW_PASS[_REACH]
-    term = np.empty_like(total)
-    for distance in range(1, _REACH + 1):
-        both = _every_second(pixels, axis, *blocks, -distance), _every_second(pixels, axis, *blocks, distance)
-        np.add(*both, out=term)
-        term *= _LOW_PASS[_REACH + distance]
-        total += term
-    return total
+def _interleaved(grid):
+    """(height, width) as (4, 4, height / 4, width / 4): every fourth node each way together.
+
+    What is then done to every second block, to its neighbours, or to a quarter of each, is done to a slice.
+    """
+    height, width = grid.shape
+    return np.ascontiguousarray(grid.reshape(height // 4, 4, width // 4, 4).transpose(1, 3, 0, 2))
 
 
-def _permute(field, order, rank, side, y, x):
-    """Give each block the permutation of its quarters with the smallest error; y, x are (first, count) of blocks."""
-    half = side // 2
-    blocks = y[1] * x[1]
-    y, x = (side, *y), (side, *x)
-
-    def in_quarters(grid):
-        """(count, side, count, side, c) as (count, count, 2, 2, half, half, c): a block's quarters together."""
-        split = grid.reshape(grid.shape[0], 2, half, grid.shape[2], 2, half, -1)
-        return split.transpose(0, 3, 1, 4, 2, 5, 6)
-
-    def here(pixels):
-        return in_quarters(_every_second(_every_second(pixels, 0, *y), 2, *x))
-
-    features_here = here(field).reshape(blocks, 4, half * half, -1)
-    seen = in_quarters(_low_passed(_low_passed(field, 0, *y), 2, *x)).reshape(features_here.shape)
-    energy = _energies(features_here, seen, _low_pass_within(side))
-
-    # The sequence's pairs must not lie on a diagonal: not at places 0 and 3, hence not at 1 and 2 either.
-    digits = here(rank).reshape(blocks, 4, -1)[:, :, 0] // np.uint32(half * half) % 4
-    diagonal = digits[:, _PERMUTATIONS[:, 0]] ^ digits[:, _PERMUTATIONS[:, 3]] == 1
-    best = _PERMUTATIONS[np.argmin(np.where(diagonal, np.inf, energy), axis=1)]
-
-    chosen = (best + 4 * np.arange(blocks)[:, None]).ravel()
-    for pixels in (field, order, rank):
-        quarters = here(pixels)
-        quarters[...] = quarters.reshape(4 * blocks, -1).take(chosen, axis=0).reshape(quarters.shape)
-
-
-def _low_pass_within(side):
-    """G between any two pixels of a block, quarter by quarter: (side * side, side * side)."""
-    half = side // 2
-    inner_y, inner_x = np.divmod(np.arange(half * half), half)
-    y = (np.array([0, 0, half, half])[:, None] + inner_y).ravel()
-    x = (np.array([0, half, 0, half])[:, None] + inner_x).ravel()
-    return _LOW_PASS[np.subtract.outer(y, y) + _REACH] * _LOW_PASS[np.subtract.outer(x, x) + _REACH]
-
-
-def _energies(here, blurred, near):
-    """Error of the 24 permutations of each block, but for what they share.
+def _rearranged(order, field, ranks, whole, low_pass, sweeps):
+    """Permute the blocks of 2 x 2 nodes.
 
     Parameters
     ----------
-    here, blurred : float32 arrays, shape (blocks, 4, cells, modes)
-        Features and low-passed features at the pixels of the blocks' quarters.
-    near : float32 array, shape (4 * cells, 4 * cells)
-        G between the pixels of a block.
+    order : int32 array, shape (height, width)
+        Which node stands where.
+    field : float32 array, shape (modes, 4, 4, 2 + height / 4, 2 + width / 4)
+        Features of the nodes in Cycles' own order, interleaved; left in an undefined state.
+    ranks : uint32 array, shape (height, width)
+        Of the nodes, in Cycles' own order.
+    whole : bool array, shape (height / 2, width / 2)
+        Blocks that may be permuted.
+    low_pass : float32 array, shape (3,)
+    sweeps : int
+        How often each block is looked at.
 
     Returns
     -------
-    float32 array, shape (blocks, 24)
+    int32 array, shape (height, width)
     """
-    blocks, _, cells, _ = here.shape
-    flat = here.reshape(blocks, 4 * cells, -1)
-    gram = flat @ flat.transpose(0, 2, 1)
-    # Quarter k at place b against what is outside the block: all that is seen there, less the block's own part.
-    cost = blurred.reshape(blocks, 4, -1) @ here.reshape(blocks, 4, -1).transpose(0, 2, 1)
-    cost -= np.einsum("nbckc->nbk", (near @ gram).reshape(blocks, 4, cells, 4, cells))
-    # Two quarters against each other, at each pair of places.
-    between = near.reshape(4, cells, 4, cells)
-    between = np.stack([between[a, :, b].ravel() for a, b in _PAIRS], axis=1)
-    mutual = gram.reshape(blocks, 4, cells, 4, cells).transpose(0, 1, 3, 2, 4).reshape(blocks, 16, cells * cells)
-    mutual = (mutual @ between).transpose(0, 2, 1)
-    return cost.reshape(blocks, 16) @ _QUARTER_TABLE + mutual.reshape(blocks, 96) @ _PAIR_TABLE
+    place = np.empty(order.size, np.int32)
+    place[_interleaved(np.arange(order.size).reshape(order.shape)).ravel()] = np.arange(order.size)
+    order = _interleaved(order)
+    ranks = ranks.ravel()[order]
+    _, _, height, width = order.shape
+    source = place[order]
+    inner = field[..., 1:-1, 1:-1]
+    for plane in inner:
+        plane[...] = plane.ravel()[source]
+    # Every second block each way: those in between stay put, so that what one decides on is still true.
+    for _, y, x in itertools.product(range(sweeps), (0, 2), (0, 2)):
+        block = slice(y, y + 2), slice(x, x + 2)
+        chosen = _PERMUTATIONS.T[:, _best(field, block, ranks[block], low_pass)]
+        chosen[:, ~whole[y // 2 :: 2, x // 2 :: 2]] = np.arange(4)[:, None]
+        source = chosen * (height * width) + np.arange(height * width).reshape(height, width)
+        for grid in (order, ranks, *inner):
+            grid[block] = grid[block].ravel()[source].reshape(2, 2, height, width)
+    return order.transpose(2, 0, 3, 1).reshape(4 * height, 4 * width)
+
+
+def _best(field, block, ranks, low_pass):
+    """Number of the permutation of each block with the smallest error, (height, width)."""
+    height, width = ranks.shape[2:]
+    costs = np.zeros((19, height, width), np.float32)
+    of_place, of_pairing = costs[:16].reshape(4, 4, height, width), costs[16:]
+    product = np.empty((4, height, width), np.float32)
+    for plane in field:
+        own = plane[..., 1:-1, 1:-1][block].reshape(4, height, width)
+        for cost, seen in zip(of_place, _seen_around(plane, block, low_pass), strict=True):
+            cost += np.multiply(own, seen, out=product)
+        for cost, pairing in zip(of_pairing, _PAIRINGS, strict=True):
+            for a, b in pairing:
+                cost += np.multiply(own[a], own[b], out=product[0])
+    # All six pairs of quarters see each other; those on the diagonals less than those that share an edge.
+    of_pairing *= low_pass[1] ** 2 - low_pass[1]
+    digits = ranks.reshape(4, height, width) & 3
+    for cost, other in zip(of_pairing, digits[1:], strict=True):
+        cost[digits[0] ^ other == 1] = _FORBIDDEN  # they follow each other in the sequence
+    return np.argmin(_COST_TABLE @ costs.reshape(19, -1), axis=0).reshape(height, width)
+
+
+def _seen_around(plane, block, low_pass):
+    """What the low-pass sees at the four places of each block, of all but the block itself: (4, height, width)."""
+    inner = plane[..., 1:-1, 1:-1]
+    own = inner[block].copy()
+    inner[block] = 0.0
+    height, width = own.shape[2:]
+    columns = np.empty((2, 4, height, width + 2), np.float32)
+    seen = np.empty((2, 2, height, width), np.float32)
+    for out, row in zip(columns, _indices(block[0]), strict=True):
+        _blur([plane[y % 4, :, 1 + y // 4 : 1 + y // 4 + height] for y in range(row - 2, row + 3)], low_pass, out)
+    for out, column in zip(seen.swapaxes(0, 1), _indices(block[1]), strict=True):
+        near = range(column - 2, column + 3)
+        _blur([columns[:, x % 4, :, 1 + x // 4 : 1 + x // 4 + width] for x in near], low_pass, out)
+    inner[block] = own
+    return seen.reshape(4, height, width)
+
+
+def _indices(part):
+    return range(part.start, part.stop)
+
+
+def _blur(lines, low_pass, out):
+    """Write the weighted sum of five neighbouring lines to `out`."""
+    np.add(lines[0], lines[4], out=out)
+    out *= low_pass[2]
+    nearer = lines[1] + lines[3]
+    nearer *= low_pass[1]
+    out += nearer
+    out += lines[2]

@@ -5,15 +5,16 @@ import concurrent.futures
 
 import numpy as np
 
-from . import cycles_random
-from .arrangement import arrange, features, modes
+from . import cycles_random, modes
+from .arrangement import ALIGNMENT, arrange
 from .plan import Plan, memory
 
-# Blocks of the sequence are arranged within windows of this many pixels a side.
-_WINDOW = 256
+# Blocks of the sequence are arranged within windows of this many pixels a side, a multiple of `ALIGNMENT`.  Windows
+# that are worked at take about 120 bytes a pixel, so only one in `_SPREAD` is at a time.
+_WINDOW, _SPREAD = 384, 7
 
-# Modes of the error that are weighed.  Three times as many gain about half a percent on the bench scenes.
-_MODES = 24
+# Modes of the error that are weighed, and pixels that tell which these are.
+_MODES, _TRIAL = 16, 4096
 
 # A region of more pixels than this has samples enough to be moved about for every seed and frame: its plan is made
 # once.  A smaller one is cheap to arrange, and would show the same few samples again and again.
@@ -80,32 +81,35 @@ def make(use, region, samples, seed):
 
 
 def _arrange(chosen, region, samples, seed):
-    width, height = region.size
-    film = np.arange(region.pixels, dtype=np.int32).reshape(height, width)
+    width = region.size[0]
+    film = np.arange(region.pixels, dtype=np.int32)
+    if not chosen:
+        return Plan(seed, width, film)
     dims = sorted({name for group, _ in chosen for name in group})
-    error_modes = modes([(tuple(map(dims.index, group)), share) for group, share in chosen], _MODES)
+
+    def numbers(ranks):
+        index = ranks * np.uint32(samples) + np.arange(samples, dtype=np.uint32).reshape(-1, *(1,) * ranks.ndim)
+        return cycles_random.leading_bytes(index, dims)
+
+    candidates = modes.variances(chosen)
+    error_modes = modes.strongest(candidates, numbers(np.arange(_TRIAL, dtype=np.uint32)), _MODES)
 
     def fill(window):
-        y, x = np.mgrid[_whole_blocks(window, region.corner)]
-        if not y.size:
-            return
-        ranks = cycles_random.pixel_ranks(x + region.corner[0], y + region.corner[1], seed)
-        index = ranks.ravel()[:, None] * np.uint32(samples) + np.arange(samples, dtype=np.uint32)
-        values = cycles_random.sequence_values(index, dims)
-        here = arrange(features(values, error_modes).reshape(*y.shape, -1), ranks)
-        place = (y * width + x).ravel()
-        film.ravel()[place[here.ravel()]] = place
+        y, x = (_aligned(part, start) for part, start in zip(window, region.corner[::-1], strict=True))
+        y, x = y[:, None], x[None, :]
+        ranks = cycles_random.pixel_ranks(x, y, seed)
+        inside = region.holds(x, y)
+        order = arrange(modes.features(error_modes, numbers(ranks)), len(error_modes), ranks, inside)
+        place = (y - region.corner[1]) * width + (x - region.corner[0])
+        film[place.ravel()[order[inside]]] = place[inside]
 
-    with concurrent.futures.ThreadPoolExecutor() as threads:
-        list(threads.map(fill, region.windows(_WINDOW)))
-    return Plan(seed, width, film.ravel())
+    windows = region.windows(_WINDOW)
+    with concurrent.futures.ThreadPoolExecutor(max(1, len(windows) // _SPREAD)) as threads:
+        list(threads.map(fill, windows))
+    return Plan(seed, width, film)
 
 
-def _whole_blocks(window, corner):
-    """The part of a window (rows, columns) that is made of whole 4 x 4 blocks of the full frame's grid."""
-
-    def whole(part, start):
-        first = part.start + -(part.start + start) % 4
-        return slice(first, max(first, part.stop - (part.stop + start) % 4))
-
-    return whole(window[0], corner[1]), whole(window[1], corner[0])
+def _aligned(part, start):
+    """Absolute coordinates of a part of the region that starts at `start`, out to the next multiples of `ALIGNMENT`."""
+    first, last = part.start + start, part.stop + start
+    return np.arange(first - first % ALIGNMENT, last + -last % ALIGNMENT)

@@ -68,6 +68,7 @@ def _reversed_bytes():
 
 
 _REVERSED = _reversed_bytes()
+_REVERSED_BYTE = _REVERSED.astype(np.uint8)
 
 
 def _mirrored(columns):
@@ -77,6 +78,7 @@ def _mirrored(columns):
 
 # `sobol_burley()` walks the leading bits of a reversed index, so its column i belongs to bit 31 - i.
 _SOBOL_TABLES = tuple(_byte_tables(_mirrored(columns)) for columns in _SOBOL_COLUMNS)
+_SOBOL_BYTES = tuple(tables.astype(np.uint8) for tables in _SOBOL_TABLES)
 
 
 def _reverse_bits(n):
@@ -190,21 +192,47 @@ def sequence_values(index, dims):
     ValueError
         A dimension that Cycles has no number for.
     """
-    unknown = [name for name in dims if name not in DIMENSIONS]
-    if unknown:
-        raise ValueError(f"Cycles draws no number for {', '.join(unknown)}; it has {', '.join(DIMENSIONS)}")
-    reversed_index = _reverse_bits(np.asarray(index, np.uint32))
-    values = np.empty((*reversed_index.shape, len(dims)), np.float32)
-    shuffled = {}
-    for column, name in enumerate(dims):
-        dimension_set, axis = DIMENSIONS[name]
-        seed = _hash_hp(dimension_set)
-        if dimension_set not in shuffled:
-            shuffled[dimension_set] = _owen_reversed(reversed_index, seed ^ _SHUFFLE_SEED_3D)
-        point = shuffled[dimension_set]
+    index = np.asarray(index, np.uint32)
+    values = np.empty((*index.shape, len(dims)), np.float32)
+    for column, (axis, seed, point) in enumerate(_shuffled_points(index, dims)):
         # Owen scrambling wants bit-reversed numbers: dimension 0 of a reversed index is that index mirrored, and the
         # table's columns already are in reversed order.
         digits = _reverse_bits(point) if axis == 0 else _matrix_product(_SOBOL_TABLES[axis - 1], point)
         digits = _reverse_bits(_owen_reversed(digits, seed ^ _SCRAMBLE_SEEDS_3D[axis]))
         values[..., column] = digits * np.float32(1.0 / 4294967808.0)
     return values
+
+
+def leading_bytes(index, dims):
+    """`sequence_values` cut off after 8 bits, several times as fast.
+
+    Owen scrambling carries from low bits to high ones only, and works on bit-reversed numbers: one byte of the digits
+    decides about the leading byte of the value.
+
+    Returns
+    -------
+    dict of str to uint8 array, shape index.shape
+        floor(256 * value) by dimension.
+    """
+    points = _shuffled_points(np.asarray(index, np.uint32), dims)
+    leading = {}
+    for name, (axis, seed, point) in zip(dims, points, strict=True):
+        digits = _REVERSED_BYTE[point >> 24] if axis == 0 else _matrix_product(_SOBOL_BYTES[axis - 1], point)
+        scrambled = _owen_reversed(np.arange(256, dtype=np.uint32), seed ^ _SCRAMBLE_SEEDS_3D[axis])
+        leading[name] = _REVERSED_BYTE[scrambled & 0xFF][digits]
+    return leading
+
+
+def _shuffled_points(index, dims):
+    """For each dimension its axis in Cycles' set of three, the set's seed, and the set's bit-reversed indices."""
+    unknown = [name for name in dims if name not in DIMENSIONS]
+    if unknown:
+        raise ValueError(f"Cycles draws no number for {', '.join(unknown)}; it has {', '.join(DIMENSIONS)}")
+    reversed_index = _reverse_bits(index)
+    shuffled = {}
+    for name in dims:
+        dimension_set, axis = DIMENSIONS[name]
+        seed = _hash_hp(dimension_set)
+        if dimension_set not in shuffled:
+            shuffled[dimension_set] = _owen_reversed(reversed_index, seed ^ _SHUFFLE_SEED_3D)
+        yield axis, seed, shuffled[dimension_set]

@@ -44,6 +44,11 @@ class Region(NamedTuple):
         """Number of pixels in the region."""
         return self.size[0] * self.size[1]
 
+    def holds(self, x, y):
+        """Whether pixels of the full frame lie in the region; integer arrays that broadcast together."""
+        left, bottom = self.corner
+        return (left <= x) & (x < left + self.size[0]) & (bottom <= y) & (y < bottom + self.size[1])
+
     def windows(self, side):
         """The region cut by the full frame's grid of squares of `side` pixels.
 

@@ -141,6 +141,16 @@ def test_several_samples_take_consecutive_points():
     assert (np.sort((t * samples).astype(int), axis=-1) == np.arange(samples)).all()
 
 
+def test_leading_bytes_are_the_values_cut_off():
+    index = np.random.default_rng(0).integers(0, 2**32, 5000, dtype=np.uint32)
+    dims = tuple(cycles_random.DIMENSIONS)
+    leading = cycles_random.leading_bytes(index, dims)
+    values = cycles_random.sequence_values(index, dims)
+    rest = 256 * values - np.stack([leading[name] for name in dims], axis=-1)
+    # Cycles scales by a little less than 2^-32.
+    assert rest.min() > -1e-4 and rest.max() < 1
+
+
 def test_unknown_dimension_is_named():
     with pytest.raises(ValueError, match=r"film\.x"):
         cycles_random.sequence_values(np.zeros(1, np.uint32), ("film.x",))
