@@ -72,6 +72,26 @@ def test_less_visible_error_than_cycles_order(use, name, at_most):
     assert ours <= at_most * visible_error(values, np.arange(side * side), (side, side))
 
 
+@pytest.mark.parametrize("name", ["t", "light.u"])
+def test_no_frequency_stands_out(name):
+    """Averaged over seeds, no bin of the error's periodogram is 6 dB above its ring."""
+    side, seeds = 64, 24
+    y, x = np.mgrid[0:side, 0:side]
+    power = np.zeros((side, side))
+    for seed in range(seeds):
+        made = automatic.make(MOTION, region(side, side), 1, seed)
+        values = cycles_random.sequence_values(cycles_random.pixel_ranks(x, y, made.seed).ravel(), (name,))[:, 0]
+        for threshold in (0.25, 0.5, 0.7):
+            image = np.empty(side * side)
+            image[made.film] = values > threshold
+            power += np.abs(np.fft.fft2((image - image.mean()).reshape(side, side))) ** 2
+    frequency = np.fft.fftfreq(side, 1 / side)
+    ring = np.rint(np.hypot(frequency[:, None], frequency)).astype(int)
+    mean = np.bincount(ring.ravel(), power.ravel()) / np.bincount(ring.ravel())
+    judged = (ring > 2) & (ring <= side // 2)
+    assert (power / np.maximum(mean[ring], 1e-12))[judged].max() < 10**0.6
+
+
 def test_large_regions_reuse_one_plan():
     plan.memory.clear()
     large = region(512, 300)
