@@ -27,7 +27,11 @@ _BAND = 64
 
 # Passes that Cycles writes for a pixel's sample 0 only (kernel/film/data_passes.h).
 _FIRST_SAMPLE = {"Depth", "Position", "Object Index", "Material Index"}
-_CRYPTOMATTE = re.compile(r"(.*\.Crypto[A-Za-z]+)\d\d\.")
+
+# Passes of light that Cycles has divided by the mean colour of what it fell on.
+_DIVIDED = re.compile(r"(.*\.(?:Diffuse|Glossy|Transmission)) (?:Direct|Indirect)(\.[RGB])")
+_COLOUR = r"\1 Color\2"
+_CRYPTOMATTE = re.compile(r"(.*\.Crypto[A-Za-z]+)\d\d\.[rgba]")
 
 # Facts of the layers' own renders, which say nothing about the merged picture.
 _OF_ONE_RENDER = re.compile(r"Date|RenderTime|cycles\..*time|openexr:chunkCount|oiio:subimages")
@@ -166,7 +170,7 @@ def merge(files, path):
     exact = _check_alike(layers)
     _check_complete(layers)
     specs = layers[0].specs
-    names = [name for spec in specs for name in spec.channelnames]
+    names = _channels(specs)
     height, width = specs[0].height, specs[0].width
     merged = np.empty((height, width, len(names)), np.float32)
     weights = [layer.count / layers[0].samples for layer in layers]
@@ -217,9 +221,14 @@ class _Layer:
         known = {name.removeprefix(_PREFIX): value for name, value in attributes.items() if name.startswith(_PREFIX)}
         if "subset" not in known:
             raise Refused(f"{path} was not rendered with Spectral Tiles")
-        names = [name for spec in specs for name in spec.channelnames]
+        names = _channels(specs)
         if any(".Noisy Image." in name for name in names):
             raise Refused(f"{path} was denoised; denoise after merging")
+        for name in names:
+            if (match := _DIVIDED.fullmatch(name)) and match.expand(_COLOUR) not in names:
+                raise Refused(
+                    f"{path} cannot be merged: switch on the pass {match[1].rpartition('.')[2]} Color as well"
+                )
         known["size"] = f"{specs[0].width} x {specs[0].height}"
         known["passes"] = ", ".join(names)
         first, count = map(int, known.pop("subset").split())
@@ -235,6 +244,11 @@ class _Layer:
                 raise Refused(f"{self.path} is damaged or truncated: {_one_line(self.image.geterror())}")
             parts.append(pixels.reshape(stop - start, spec.width, -1))
         return np.concatenate(parts, axis=2)
+
+
+def _channels(specs):
+    """Names of all parts' channels, behind the view of a stereoscopic picture."""
+    return [f"{spec.get_string_attribute('view')}:{name}" for spec in specs for name in spec.channelnames]
 
 
 def _check_alike(layers):
@@ -271,12 +285,25 @@ def _missing(start, stop, samples):
 
 def _mean(pictures, weights, names):
     """Weighted mean of the same rows of all layers, (rows, width, channels), in the order given."""
-    total = sum(weight * picture.astype(np.float64) for weight, picture in zip(weights, pictures, strict=True))
+    total = 0.0
+    divided = {
+        column: names.index(match.expand(_COLOUR))
+        for column, name in enumerate(names)
+        if (match := _DIVIDED.fullmatch(name))
+    }
+    for weight, picture in zip(weights, pictures, strict=True):
+        light = picture.astype(np.float64)
+        for column, colour in divided.items():
+            light[..., column] *= light[..., colour]
+        total = total + weight * light
+    for column, colour in divided.items():
+        seen = total[..., colour] != 0.0
+        total[..., column] = np.divide(total[..., column], total[..., colour], out=np.zeros(seen.shape), where=seen)
     cryptomattes = {}
     for column, name in enumerate(names):
-        if name.split(".")[-2] in _FIRST_SAMPLE:
+        if not _FIRST_SAMPLE.isdisjoint(name.split(".")[1:]):
             total[..., column] = pictures[0][..., column]
-        if match := _CRYPTOMATTE.match(name):
+        if match := _CRYPTOMATTE.fullmatch(name):
             cryptomattes.setdefault(match[1], []).append((name[:-1], "rgba".index(name[-1]), column))
     for columns in cryptomattes.values():
         order = [column for *_, column in sorted(columns)]

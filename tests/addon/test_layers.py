@@ -28,6 +28,7 @@ def scene_file(tmp_path):
     layer = bpy.context.view_layer
     layer.use_pass_z = layer.use_pass_normal = layer.use_pass_object_index = layer.use_pass_position = True
     layer.use_pass_cryptomatte_object = True
+    layer.use_pass_diffuse_direct = layer.use_pass_glossy_direct = layer.use_pass_diffuse_indirect = True
     scene.render.image_settings.media_type = "MULTI_LAYER_IMAGE"
     scene.render.image_settings.file_format = "OPEN_EXR_MULTILAYER"
     scene.render.image_settings.color_depth = "32"
@@ -64,7 +65,8 @@ def test_merged_layers_are_the_frame(scene_file, tmp_path, count, tile):
     render_layers(scene_file, tmp_path / "frame.exr", count, *options)
     assert command.run(["merge", str(tmp_path / "frame.exr")]) == command.DONE
     whole, merged = (rendering.read_exr(tmp_path / name) for name in ("whole.exr", "frame.exr"))
-    assert whole.keys() == merged.keys()
+    # The colours that light was divided by come along.
+    assert merged.keys() - whole.keys() == {"ViewLayer.Diffuse Color", "ViewLayer.Glossy Color"}
     for name, pixels in whole.items():
         if "Crypto" in name:
             continue
@@ -171,6 +173,15 @@ def test_a_denoised_layer_is_refused(scene_file, tmp_path):
     path = str(tmp_path / "layer.exr")
     still.render(scene, path)
     with pytest.raises(failure.Refused, match=r"layer\.exr was denoised"):
+        layers.merge([path], str(tmp_path / "frame.exr"))
+
+
+def test_divided_light_without_its_colour_is_refused(scene_file, tmp_path):
+    scene = bpy.context.scene
+    scene.render.engine = "SPECTRAL_TILES"
+    path = str(tmp_path / "layer.exr")
+    still.render(scene, path)
+    with pytest.raises(failure.Refused, match="switch on the pass Diffuse Color"):
         layers.merge([path], str(tmp_path / "frame.exr"))
 
 
