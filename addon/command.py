@@ -86,16 +86,16 @@ def _render(options):
     if options.layer:
         _take_layer(scene, *options.layer)
     frames = _frames(options.frames, scene)
+    first, count = layers.subset(scene.cycles, settings.samples)
     rendered = []
     with _Progress(len(frames)) as progress:
         for frame in frames:
-            progress.begin(f"frame {frame}")
+            progress.begin(f"frame {frame}", count)
             start = time.perf_counter()
             scene.frame_set(frame)
             path = _picture_path(scene, frame, len(frames) == 1, options)
             files = still.render(scene, path)
             rendered.append({"frame": frame, "files": files, "seconds": round(time.perf_counter() - start, 3)})
-    first, count = layers.subset(scene.cycles, settings.samples)
     return {
         "samples": settings.samples,
         "first_sample": first,
@@ -193,13 +193,14 @@ def _frames(text, scene):
 
 
 class _Progress:
-    """Lines for a farm about steps of equal length, each one render."""
+    """Lines for a farm about pictures that take equally long."""
 
-    def __init__(self, steps):
-        self._steps = steps
+    def __init__(self, pictures):
+        self._pictures = pictures
         self._begun = 0
+        self._samples = None
         self._percent = -1
-        self._reading = still.sample_progress(self._tell)
+        self._reading = still.sample_progress(self._read)
 
     def __enter__(self):
         self._reading.__enter__()
@@ -210,14 +211,20 @@ class _Progress:
         if exception[0] is None:
             self._tell(1.0)
 
-    def begin(self, name):
-        """Start the next step."""
+    def begin(self, name, samples=None):
+        """Start the next picture; `samples` is what Cycles will count up to if it renders the picture at once."""
         self._begun += 1
-        print(f"openjd_status: {name}, {self._begun} of {self._steps}", flush=True)
+        self._samples = samples
+        print(f"openjd_status: {name}, {self._begun} of {self._pictures}", flush=True)
         self._tell(0.0)
 
+    def _read(self, done, samples):
+        # A picture of several Cycles renders counts again and again to less.
+        if samples == self._samples:
+            self._tell(done / samples)
+
     def _tell(self, part):
-        percent = int(100 * (self._begun - 1 + part) / self._steps)
+        percent = int(100 * (self._begun - 1 + part) / self._pictures)
         if percent > self._percent:
             self._percent = percent
             print(f"openjd_progress: {percent}", flush=True)

@@ -91,11 +91,11 @@ def render(scene, path):
 
 @contextlib.contextmanager
 def sample_progress(tell):
-    """Call `tell` with the part of the current render's samples that is done, from 0 to 1, inside a `with` block."""
+    """Call `tell` with the samples that the current Cycles render has done and will do, inside a `with` block."""
 
     def read(stats):
         if match := re.search(r"Sample (\d+)/(\d+)", stats):
-            tell(int(match[1]) / int(match[2]))
+            tell(int(match[1]), int(match[2]))
 
     bpy.app.handlers.render_stats.append(read)
     try:
