@@ -13,7 +13,7 @@ class SceneUse:
     motion_blur, lens : bool
         Whether rays differ in time, in where they pass the lens.
     lights : int
-        Emitters that Cycles chooses between: lamps, emitting materials and the world.
+        Emitters that Cycles chooses between, see `emitters`.
     bounces : bool
         Whether light that was scattered more than once is rendered.
     """
@@ -41,9 +41,13 @@ class SceneUse:
 
 
 def emitters(depsgraph):
-    """Number of emitters that Cycles chooses between: lamps, emitting materials and the world."""
-    lamps = sum(obj.type == "LIGHT" for obj in depsgraph.objects)
-    return lamps + sum(_emits(data) for data in depsgraph.ids if data.bl_rna.identifier in {"Material", "World"})
+    """Number of emitters that Cycles chooses between: lamps, emitting materials and the world.
+
+    A single lamp without size counts as none, for nothing about it is left to chance.
+    """
+    lamps = [obj.data for obj in depsgraph.objects if obj.type == "LIGHT"]
+    count = len(lamps) + sum(_emits(data) for data in depsgraph.ids if data.bl_rna.identifier in {"Material", "World"})
+    return 0 if count == 1 and lamps and _is_point(lamps[0]) else count
 
 
 def scene_use(depsgraph, lights=None):
@@ -72,8 +76,16 @@ def scene_use(depsgraph, lights=None):
     )
 
 
+def _is_point(lamp):
+    """Whether all of a lamp's light comes from one point or direction."""
+    return lamp.type != "AREA" and (lamp.angle if lamp.type == "SUN" else lamp.shadow_soft_size) == 0.0
+
+
 def _emits(data):
-    """Whether a material or world can give light, judged by its nodes' strengths."""
+    """Whether Cycles may choose a material or world as a light, judged by its nodes' strengths."""
+    sampling = data.cycles.sampling_method if data.bl_rna.identifier == "World" else data.cycles.emission_sampling
+    if sampling == "NONE":
+        return False
     tree = data.node_tree
     if tree is None:
         return data.bl_rna.identifier == "World" and any(data.color)

@@ -6,11 +6,13 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 
-from bench import demo, errors, quality, timing
+from bench import demo, errors, paper, quality, report, timing
 from bench.jobs import AUTOMATIC, RenderFailed, Settings
 from bench.reference import QUICK_SAMPLES, SAMPLES
 from bench.scene_files import scene_file
 from bench.scenes import QUALITY
+from bench.table import Progress
+from demo_blend import PAPER
 
 DEMO_SCENE = "wheels"
 #: Timed by default: the demo, and a scene where a sample costs about three times as much.
@@ -36,7 +38,8 @@ def _errors_and_times(options: argparse.Namespace) -> str:
 
 
 def _times(options: argparse.Namespace, scenes: Sequence[str], pairs: int) -> str:
-    return timing.report([scene_file(name) for name in scenes], Settings(size=(1920, 1080)), pairs)
+    progress = Progress(2 * pairs * len(scenes))
+    return str(timing.times([scene_file(name) for name in scenes], Settings(size=(1920, 1080)), pairs, progress.step))
 
 
 def _quality(options: argparse.Namespace) -> str:
@@ -49,6 +52,28 @@ def _quality(options: argparse.Namespace) -> str:
 def _demo(options: argparse.Namespace) -> str:
     settings = Settings(samples=options.samples, size=tuple(options.size))
     return demo.make(scene_file(options.scene), settings, options.seed, options.reference_samples, options.out)
+
+
+def _paper(options: argparse.Namespace) -> str:
+    effort = _effort(options)
+    parts = paper.parts(effort, options.out, Progress(paper.steps(effort)))
+    return "\n\n".join(map(str, parts))
+
+
+def _report(options: argparse.Namespace) -> str:
+    if options.quick:
+        effort = report.Effort(report.QUICK_SCENES, 128, (1, 4), range(2), 16, (480, 270), 1)
+    else:
+        pictures = (tuple(report.SCENES), options.lines, options.samples, range(options.seeds))
+        effort = report.Effort(*pictures, options.reference_samples or SAMPLES, (1920, 1080), options.pairs)
+    return f"{report.make(effort, _effort(options), options.out, options.readme)}"
+
+
+def _effort(options: argparse.Namespace) -> paper.Effort:
+    if options.quick:
+        return paper.Effort(PAPER, 128, range(2), 16, (32,))
+    seeds, samples = range(options.seeds), options.reference_samples or SAMPLES
+    return paper.Effort(options.experiments, options.lines, seeds, samples, options.spectrum)
 
 
 def _reference_samples(options: argparse.Namespace) -> int:
@@ -109,6 +134,29 @@ def _parser() -> argparse.ArgumentParser:
     pictures.add_argument("--seed", type=int, default=0, help="seed of both")
     pictures.add_argument("--reference-samples", type=int, default=16, help="samples a pixel of each reference half")
     pictures.set_defaults(run=_demo)
+
+    paper_figures = commands.add_parser("paper", parents=[quick], help="the paper's experiments, rendered by Cycles")
+    paper_figures.add_argument(
+        "--out", type=Path, default=Path("out/paper"), metavar="DIR", help="folder of the pictures"
+    )
+    paper_figures.add_argument(
+        "--scenes", dest="experiments", nargs="+", choices=PAPER, default=PAPER, metavar="SCENE", help=", ".join(PAPER)
+    )
+    paper_figures.add_argument("--lines", type=int, default=512, help="width and height of the pictures, 512")
+    paper_figures.add_argument("--seeds", type=int, default=4, help="images of each sampler")
+    paper_figures.add_argument(
+        "--spectrum", type=_counts, default=(100,), metavar="N", help="samples of the spectra's references, as 100,4096"
+    )
+    paper_figures.set_defaults(run=_paper)
+
+    page = commands.add_parser("report", parents=[quick], help="one page: figures, curves and pictures against Cycles")
+    page.add_argument("--out", type=Path, default=Path("out/report"), metavar="DIR", help="folder of page and pictures")
+    page.add_argument("--lines", type=int, default=256, help="width and height of the pictures, 256")
+    page.add_argument("--samples", type=_counts, default=(1, 2, 4, 8, 16), help="samples a pixel, as in 1,2,4,8,16")
+    page.add_argument("--seeds", type=int, default=4, help="images of each engine and sample count")
+    page.add_argument("--pairs", type=int, default=3, help="pairs of timed processes")
+    page.add_argument("--readme", action="store_true", help="renew README's pictures and table too")
+    page.set_defaults(run=_report, spectrum=(100,), experiments=PAPER)
     return parser
 
 

@@ -48,7 +48,7 @@ def make(scene: SceneFile, settings: Settings, seed: int, reference_samples: int
     for engine, name in FILES.items():
         progress.step(f"{scene.name}: {LABELS[engine]}, {settings.samples} spp")
         stem = (folder / name).resolve()
-        run_worker(scene, replace(settings, engine=engine), {"pictures": [[seed, str(stem)]]})
+        run_worker(scene, [(replace(settings, engine=engine), {"pictures": [[seed, str(stem)]]})])
         linear = stem.with_suffix(".npy")
         pixels[engine] = np.load(linear)
         linear.unlink()

@@ -38,12 +38,23 @@ class Settings:
         Width and height in pixels.
     bounces : int or None
         Total bounces allowed, None for the scene's own.
+    tile : str
+        What our engine follows: ``AUTO``, a shipped tile by its identifier, or a tile file's path.
+    first_sample : int
+        Index of the first sample in native Cycles' sequence. Number 0 sits in the middle of its pixel; the others are
+        anywhere in the pixel's filter.
+    adaptive, denoise : bool
+        Cycles' adaptive sampling (``samples`` is then the largest number), and its denoiser.
     """
 
     engine: str = AUTOMATIC
     samples: int = 1
     size: tuple[int, int] = (512, 512)
     bounces: int | None = None
+    tile: str = "AUTO"
+    first_sample: int = 0
+    adaptive: bool = False
+    denoise: bool = False
 
 
 class RenderFailed(RuntimeError):
@@ -53,35 +64,50 @@ class RenderFailed(RuntimeError):
 def images(scene: SceneFile, settings: Settings, seeds: Sequence[int]) -> list[np.ndarray]:
     """Return linear RGB images, rendering in one fresh process those not cached.
 
+    Beside each lies a .png of it as the scene's view shows it, see `picture`.
+
     Returns
     -------
     list of ndarray
         One for each seed, float32, shape (height, width, 3), rows from the bottom.
     """
-    paths = [_image_path(scene, settings, seed) for seed in seeds]
-    missing = [(seed, path) for seed, path in zip(seeds, paths, strict=True) if not path.is_file()]
-    if missing:
-        paths[0].parent.mkdir(parents=True, exist_ok=True)
-        run_worker(scene, settings, {"images": [[seed, str(path)] for seed, path in missing]})
-    return [np.load(path) for path in paths]
+    render(scene, [(settings, seeds)])
+    return [np.load(_image_path(scene, settings, seed)) for seed in seeds]
+
+
+def render(scene: SceneFile, wanted: Sequence[tuple[Settings, Sequence[int]]]) -> None:
+    """Render in one fresh process what is not cached of images with several settings, each with several seeds."""
+    tasks = []
+    for settings, seeds in wanted:
+        missing = [(seed, _image_path(scene, settings, seed)) for seed in seeds if not is_cached(scene, settings, seed)]
+        if missing:
+            missing[0][1].parent.mkdir(parents=True, exist_ok=True)
+            tasks.append((settings, {"images": [[seed, str(path)] for seed, path in missing]}))
+    if tasks:
+        run_worker(scene, tasks)
 
 
 def is_cached(scene: SceneFile, settings: Settings, seed: int) -> bool:
     """Tell whether an image need not be rendered."""
-    return _image_path(scene, settings, seed).is_file()
+    path = _image_path(scene, settings, seed)
+    return path.is_file() and path.with_suffix(".png").is_file()
 
 
-def run_worker(scene: SceneFile, settings: Settings, task: dict) -> dict:
+def picture(scene: SceneFile, settings: Settings, seed: int) -> Path:
+    """Return the .png of an image, rendering it if it is not cached."""
+    images(scene, settings, [seed])
+    return _image_path(scene, settings, seed).with_suffix(".png")
+
+
+def run_worker(scene: SceneFile, tasks: Sequence[tuple[Settings, dict]]) -> dict:
     """Run ``bench.worker`` in a fresh process and return what it measured.
 
     Parameters
     ----------
     scene : SceneFile
         What to open.
-    settings : Settings
-        How to render.
-    task : dict
-        What to do, see `bench.worker`.
+    tasks : sequence of (Settings, dict)
+        How to render, and what to do, see `bench.worker`.
 
     Raises
     ------
@@ -92,16 +118,16 @@ def run_worker(scene: SceneFile, settings: Settings, task: dict) -> dict:
         result = Path(folder) / "result.json"
         order = {
             "blend": str(scene.path),
-            "settings": asdict(settings),
             "folder": folder,
             "result": str(result),
-            **task,
+            "tasks": [{"settings": asdict(settings), **task} for settings, task in tasks],
         }
         command = [sys.executable, "-m", "bench.worker", json.dumps(order)]
         done = subprocess.run(command, cwd=ROOT, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
         if done.returncode or not result.is_file():
             tail = "\n".join(done.stdout.splitlines()[-15:])
-            raise RenderFailed(f"{scene.name} with {settings.engine} ended with code {done.returncode}:\n{tail}")
+            engines = ", ".join({settings.engine: None for settings, _ in tasks})
+            raise RenderFailed(f"{scene.name} with {engines} ended with code {done.returncode}:\n{tail}")
         return json.loads(result.read_text())
 
 
@@ -109,7 +135,15 @@ def _image_path(scene: SceneFile, settings: Settings, seed: int) -> Path:
     width, height = settings.size
     bounces = "own" if settings.bounces is None else settings.bounces
     state = engine_state() if settings.engine == TILES else "native"
-    name = f"{settings.engine}-{state}-{settings.samples}spp-{width}x{height}-bounces_{bounces}-seed_{seed}.npy"
+    parts = [settings.engine, state, f"{settings.samples}spp", f"{width}x{height}", f"bounces_{bounces}"]
+    if settings.tile.endswith(".npz"):
+        parts.append(f"tile_{hashlib.sha256(Path(settings.tile).read_bytes()).hexdigest()[:12]}")
+    elif settings.tile != Settings.tile:
+        parts.append(f"tile_{settings.tile}")
+    if settings.first_sample:
+        parts.append(f"from_{settings.first_sample}")
+    parts += [name for name in ("adaptive", "denoise") if getattr(settings, name)]
+    name = "-".join((*parts, f"seed_{seed}.npy"))
     return CACHE / "images" / blender_version() / f"{scene.name}-{scene.key}" / name
 
 

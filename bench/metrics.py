@@ -2,7 +2,9 @@
 """Error figures of images against a converged reference."""
 
 from dataclasses import dataclass
+from pathlib import Path
 
+import flip_evaluator
 import numpy as np
 from scipy.ndimage import gaussian_filter
 
@@ -25,6 +27,11 @@ class Reference:
 
     first: np.ndarray
     second: np.ndarray
+
+    @property
+    def mean(self) -> np.ndarray:
+        """The best estimate of the truth."""
+        return (self.first + self.second) / 2
 
     def noise(self, sigma: float, measure: str = "luminance") -> float:
         """Return the mean square error of the two halves' mean."""
@@ -53,6 +60,23 @@ def mean_square_error(image: np.ndarray, reference: Reference, sigma: float, mea
     return _mean_product(
         _filtered(image - reference.first, sigma, measure), _filtered(image - reference.second, sigma, measure)
     )
+
+
+def flip(image: np.ndarray, reference: np.ndarray) -> float:
+    """Return the mean of FLIP (Andersson et al. 2020), the difference that a viewer of both pictures in turn sees.
+
+    Parameters
+    ----------
+    image, reference : ndarray
+        Linear RGB, shape (height, width, 3), shown without a tone curve at 67 pixels a degree.
+    """
+    shown = [np.clip(picture, 0, 1).astype(np.float32) for picture in (reference, image)]
+    return float(flip_evaluator.evaluate(*shown, "LDR", inputsRGB=False, applyMagma=False)[1])
+
+
+def flip_of_pictures(picture: Path, reference: Path) -> float:
+    """Return the mean of FLIP between two picture files."""
+    return float(flip_evaluator.evaluate(str(reference), str(picture), "LDR", applyMagma=False)[1])
 
 
 def _filtered(difference: np.ndarray, sigma: float, measure: str) -> np.ndarray:

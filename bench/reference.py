@@ -2,9 +2,8 @@
 """Converged references, cached on disk."""
 
 from collections.abc import Callable
-from dataclasses import replace
 
-from bench.jobs import AUTOMATIC, Settings, images, is_cached
+from bench.jobs import Settings, images, is_cached
 from bench.metrics import Reference
 from bench.scene_files import SceneFile
 
@@ -25,16 +24,21 @@ def reference(scene: SceneFile, settings: Settings, samples: int, say: Callable[
     scene : SceneFile
         What to render.
     settings : Settings
-        Size and bounces of the measured images; engine and samples are replaced.
+        Of the measured images; only size and bounces count.
     samples : int
         Samples a pixel of each half.
     say : callable
         Told what takes long.
     """
-    settings = replace(settings, engine=AUTOMATIC, samples=samples)
+    settings = reference_settings(settings, samples)
     halves = []
     for half, seed in enumerate(SEEDS, 1):
         if not is_cached(scene, settings, seed):
             say(f"{scene.name}: reference {half}/2, {samples} samples a pixel")
         halves += images(scene, settings, [seed])
     return Reference(*halves)
+
+
+def reference_settings(settings: Settings, samples: int) -> Settings:
+    """Return how the halves of the reference for images of `settings` are rendered."""
+    return Settings(samples=samples, size=settings.size, bounces=settings.bounces)

@@ -2,12 +2,12 @@
 """Wall time and memory of our engine against native Cycles."""
 
 import statistics
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
+from bench.document import Table
 from bench.jobs import AUTOMATIC, TILES, Settings, run_worker
 from bench.scene_files import SceneFile
-from bench.table import Progress, table
 
 #: The second render of a process is the one that counts: by then our plan is cached and Cycles' kernels are loaded.
 RENDERS = 2
@@ -32,11 +32,11 @@ class Cost:
 
 def cost(scene: SceneFile, settings: Settings) -> Cost:
     """Render twice in a fresh process."""
-    result = run_worker(scene, settings, {"repeats": RENDERS})
-    return Cost(*result["seconds"], result["peak"])
+    result = run_worker(scene, [(settings, {"repeats": RENDERS})])
+    return Cost(*result["seconds"][0], result["peak"])
 
 
-def report(scenes: Sequence[SceneFile], settings: Settings, pairs: int) -> str:
+def times(scenes: Sequence[SceneFile], settings: Settings, pairs: int, say: Callable[[str], None]) -> Table:
     """Time pairs of processes, native and ours in turn, and return the table.
 
     Parameters
@@ -47,8 +47,9 @@ def report(scenes: Sequence[SceneFile], settings: Settings, pairs: int) -> str:
         Samples, size and bounces; the engine is replaced.
     pairs : int
         Pairs of processes for each scene; the ratio is the median over pairs.
+    say : callable
+        Told of each process.
     """
-    progress = Progress(2 * pairs * len(scenes))
     pixels = settings.size[0] * settings.size[1]
     rows = []
     for scene in scenes:
@@ -57,13 +58,16 @@ def report(scenes: Sequence[SceneFile], settings: Settings, pairs: int) -> str:
             # Who goes first changes from pair to pair, so that a machine that slows down favours nobody.
             for engine in (AUTOMATIC, TILES) if pair % 2 == 0 else (TILES, AUTOMATIC):
                 costs[engine].append(cost(scene, replace(settings, engine=engine)))
-                progress.step(f"{scene.name}: {engine} {costs[engine][-1].second:.2f} s")
+                say(f"{scene.name}: {engine} {costs[engine][-1].second:.2f} s")
         rows.append([scene.name, *_row(costs[AUTOMATIC], costs[TILES], pixels)])
     header = ["", "native s", "tiles s", "ratio", "spread", "first ratio", "bytes/pixel over native"]
-    title = (
-        f"Wall time of one frame, {settings.size[0]}x{settings.size[1]}, {settings.samples} spp, second render of a "
+    size = f"{settings.size[0]}x{settings.size[1]}, {settings.samples} spp"
+    return Table(
+        f"Wall time of one frame, {size}, second render of a process, median of {pairs} alternating pairs (spread: "
+        "lowest to highest)",
+        header,
+        rows,
     )
-    return f"{title}process,\nmedian of {pairs} alternating pairs (spread: lowest to highest)\n" + table(header, rows)
 
 
 def _row(native: Sequence[Cost], tiles: Sequence[Cost], pixels: int) -> list[str]:

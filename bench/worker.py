@@ -1,12 +1,13 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The process that renders, ``python -m bench.worker ORDER``; the order is JSON.
 
-The order names a .blend file (``blend``), `bench.jobs.Settings` (``settings``), a scratch ``folder``, where to write
-the ``result`` and one of these tasks:
+The order names a .blend file (``blend``), a scratch ``folder``, where to write the ``result``, and ``tasks``, for each
+of which the file is opened afresh. A task has `bench.jobs.Settings` (``settings``) and one of these:
 
-- ``images``: pairs of seed and path; each image is saved there as a float32 .npy of linear RGB, rows from the bottom.
+- ``images``: pairs of seed and path; each image is saved there as a float32 .npy of linear RGB, rows from the bottom,
+  and beside it as .png through the scene's view.
 - ``pictures``: pairs of seed and path without suffix; saved as .exr, as .png through the scene's view, and as .npy.
-- ``repeats``: render that many times without saving; the result holds ``seconds`` of each.
+- ``repeats``: render that many times without saving; the result's ``seconds`` has a list of them for each such task.
 
 Every result holds ``peak``, the process's largest resident size in bytes.
 """
@@ -26,28 +27,39 @@ from bench.jobs import TILES
 
 def main(order: dict) -> None:
     """Do what the order says and write its result."""
-    bpy.ops.wm.open_mainfile(filepath=order["blend"], load_ui=False)
-    scene = bpy.context.scene
-    prepare(scene, order["settings"])
-    folder = Path(order["folder"])
-    result = {}
-    for seed, path in order.get("images", ()):
-        set_seed(scene, seed)
-        _save_pixels(render_to(scene, folder / "image.exr"), Path(path))
-    for seed, path in order.get("pictures", ()):
-        set_seed(scene, seed)
-        exr = render_to(scene, Path(path).with_suffix(".exr"))
-        _save_pixels(exr, Path(path).with_suffix(".npy"))
-        _save_png(scene, Path(path).with_suffix(".png"))
-    if "repeats" in order:
-        set_seed(scene, 0)
-        result["seconds"] = [_timed_render() for _ in range(order["repeats"])]
+    if any(task["settings"]["engine"] == TILES for task in order["tasks"]):
+        import addon
+
+        addon.register()
+    result = {"seconds": []}
+    for task in order["tasks"]:
+        bpy.ops.wm.open_mainfile(filepath=order["blend"], load_ui=False)
+        scene = bpy.context.scene
+        prepare(scene, task["settings"])
+        _do(task, scene, Path(order["folder"]), result)
     result["peak"] = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * 1024
     Path(order["result"]).write_text(json.dumps(result))
 
 
+def _do(task: dict, scene: bpy.types.Scene, folder: Path, result: dict) -> None:
+    """Do one task with the open scene."""
+    for seed, path in task.get("images", ()):
+        set_seed(scene, seed)
+        exr = render_to(scene, folder / "image.exr")
+        _save_png(scene, Path(path).with_suffix(".png"))
+        _save_pixels(exr, Path(path))
+    for seed, path in task.get("pictures", ()):
+        set_seed(scene, seed)
+        exr = render_to(scene, Path(path).with_suffix(".exr"))
+        _save_pixels(exr, Path(path).with_suffix(".npy"))
+        _save_png(scene, Path(path).with_suffix(".png"))
+    if "repeats" in task:
+        set_seed(scene, 0)
+        result["seconds"].append([_timed_render() for _ in range(task["repeats"])])
+
+
 def prepare(scene: bpy.types.Scene, settings: dict) -> None:
-    """Make engines comparable: the same box filter, and neither adaptive sampling nor denoising.
+    """Make engines comparable: the same box filter, and adaptive sampling and denoising only where asked for.
 
     Persistent data stays off: with it native Cycles silently ignores a changed seed.
     """
@@ -64,26 +76,30 @@ def prepare(scene: bpy.types.Scene, settings: dict) -> None:
     image.color_mode = "RGB"
     cycles = scene.cycles
     cycles.pixel_filter_type = "BOX"
-    cycles.use_adaptive_sampling = False
-    cycles.use_denoising = False
+    cycles.use_adaptive_sampling = settings["adaptive"]
+    cycles.use_denoising = settings["denoise"]
+    cycles.use_sample_subset = settings["first_sample"] > 0
+    cycles.sample_offset = settings["first_sample"]
+    cycles.sample_subset_length = settings["samples"]
     cycles.use_animated_seed = False
     if settings["bounces"] is not None:
         cycles.max_bounces = settings["bounces"]
-    _use_engine(scene, settings["engine"], settings["samples"])
+    _use_engine(scene, settings["engine"], settings["samples"], settings["tile"])
+    scene.cycles.samples = settings["first_sample"] + settings["samples"]
 
 
-def _use_engine(scene: bpy.types.Scene, engine: str, samples: int) -> None:
-    """Choose native Cycles with a sampling pattern, or our engine."""
+def _use_engine(scene: bpy.types.Scene, engine: str, samples: int, tile: str) -> None:
+    """Choose native Cycles with a sampling pattern, or our engine with a tile."""
     if engine == TILES:
-        import addon
-
-        addon.register()
         scene.render.engine = TILES
         scene.spectral_tiles.samples = samples
+        if tile.endswith(".npz"):
+            scene.spectral_tiles.tile_path = tile
+            tile = "FILE"
+        scene.spectral_tiles.tile = tile
     else:
         scene.render.engine = "CYCLES"
         scene.cycles.sampling_pattern = engine
-    scene.cycles.samples = samples
 
 
 def set_seed(scene: bpy.types.Scene, seed: int) -> None:

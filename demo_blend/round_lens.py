@@ -54,7 +54,7 @@ def build(blades: int = 0):
     for i in range(17):
         pose = Pose((0.8 * i - 6.6, 22.0, 1.75 - 1.1 * math.sin(math.pi * (i % 8) / 8)))
         if i < len(BULBS):
-            bulbs.append(add_sphere(f"Bulb {i}", 0.07, emission(f"Bulb {i}", BULBS[i], 25.0), pose))
+            bulbs.append(add_sphere(f"Bulb {i}", 0.14, emission(f"Bulb {i}", BULBS[i], 6.0), pose))
         else:
             copy_of(bulbs[i % len(BULBS)], f"Bulb {i}", pose)
 

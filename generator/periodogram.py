@@ -87,6 +87,22 @@ def mode_periodogram(values, mode):
     return _summarise(np.abs(np.fft.fft2(error - mean)) ** 2 / white)
 
 
+def error_periodogram(errors):
+    """Return the spectrum of error images (figures 10a and 10b).
+
+    Parameters
+    ----------
+    errors : sequence of ndarray, shape (size, size)
+        Images less their reference; their spectra are averaged.
+
+    Returns
+    -------
+    Periodogram
+        |DFT|^2 / pixels: an error without structure has its mean square at all frequencies.
+    """
+    return _summarise(np.mean([np.abs(np.fft.fft2(error)) ** 2 / error.size for error in errors], axis=0))
+
+
 def cylinder_power(t, harmonics=8, band_limits=(8, 16)):
     """Return the power at each temporal frequency inside cylinders of low spatial frequency (figure 5).
 

@@ -5,6 +5,8 @@ None is tuned to a sampler: they vary in what moves, how many and what kind of e
 open and how much light is indirect.
 """
 
+from demo_blend import DEMOS
+
 #: Builder module of each scene, by the name `python -m bench` knows it by.
 BUILDERS = {
     "wheels": "demo_blend.spinning_wheels",
@@ -18,8 +20,9 @@ BUILDERS = {
     "still_life": "bench.scenes.still_life",
     "hazy_room": "bench.scenes.hazy_room",
     "heavy": "bench.scenes.heavy",
+    **{name: f"demo_blend.{name}" for name in DEMOS if name != "spinning_wheels"},
 }
 
 #: Scenes that are there for their wall time only, and those of the quality table.
 COSTLY = ("hazy_room", "heavy")
-QUALITY = tuple(name for name in BUILDERS if name not in COSTLY)
+QUALITY = tuple(name for name in BUILDERS if name not in (*COSTLY, *DEMOS))

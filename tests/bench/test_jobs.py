@@ -1,4 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
+import matplotlib.pyplot as plt
 import numpy as np
 import pytest
 
@@ -22,7 +23,8 @@ def test_images_of_two_seeds_differ_and_are_kept(empty_cache):
     assert not np.array_equal(first, second)
     assert jobs.is_cached(scene, SMALL, 2)
     assert not jobs.is_cached(scene, SMALL, 3)
-    assert len([path for path in empty_cache.rglob("*") if path.is_file()]) == 2
+    assert plt.imread(jobs.picture(scene, SMALL, 2)).shape[:2] == (16, 24)
+    assert sorted(path.suffix for path in empty_cache.rglob("*") if path.is_file()) == [".npy", ".npy", ".png", ".png"]
 
 
 def test_seed_means_the_same_in_any_process(empty_cache):

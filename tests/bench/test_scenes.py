@@ -23,7 +23,7 @@ KINDS = {
 }
 
 
-@pytest.mark.parametrize("name", BUILDERS)
+@pytest.mark.parametrize("name", KINDS)
 def test_scene_is_of_its_kind(name):
     scene = import_module(BUILDERS[name]).build()
     lamps = sum(obj.type == "LIGHT" for obj in scene.objects)

@@ -1,0 +1,93 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+from html.parser import HTMLParser
+
+import matplotlib.pyplot as plt
+import numpy as np
+import pytest
+
+from bench.crops import crop, write_crop
+from bench.document import Heading, Pictures, Plot, Table, page
+from bench.equal_quality import count_of
+from bench.metrics import flip
+from bench.report import tiles_table
+from generator.periodogram import error_periodogram
+
+
+class Page(HTMLParser):
+    """Counts tags, and checks that those that want an end have one."""
+
+    def __init__(self):
+        super().__init__()
+        self.tags, self.open = [], []
+
+    def handle_starttag(self, tag, attrs):
+        self.tags.append((tag, dict(attrs)))
+        if tag not in {"meta", "img", "br"}:
+            self.open.append(tag)
+
+    def handle_endtag(self, tag):
+        assert self.open.pop() == tag
+
+
+@pytest.fixture
+def picture(tmp_path):
+    path = tmp_path / "picture.png"
+    plt.imsave(path, np.linspace(0, 1, 40 * 60 * 3).reshape(40, 60, 3))
+    return path
+
+
+def test_page_is_whole_and_holds_its_pictures(picture):
+    parts = [
+        Heading("Figures", "1 < 2 & so on"),
+        Table("Errors", ["", "1 spp"], [["wheels", "0.9"]]),
+        Pictures("Crops", ["Cycles", "ours"], [("1 sample:", [picture, picture])]),
+        Plot("Curve", picture),
+    ]
+    parsed = Page()
+    parsed.feed(page("A <title>", parts))
+    assert not parsed.open
+    sources = [attributes["src"] for tag, attributes in parsed.tags if tag == "img"]
+    assert len(sources) == 3
+    assert all(source.startswith("data:image/png;base64,") for source in sources)
+    assert "1 &lt; 2 &amp; so on" in page("", parts)
+
+
+def test_table_as_markdown():
+    made = Table("Errors", ["", "1 spp"], [["wheels", "0.9"]]).markdown()
+    assert made.splitlines() == ["|  | 1 spp |", "| --- | --- |", "| wheels | 0.9 |"]
+
+
+@pytest.mark.parametrize(("middle", "corner"), [((0.5, 0.5), (20, 10)), ((0, 0), (0, 0)), ((1, 1), (40, 20))])
+def test_crop_stays_inside(picture, tmp_path, middle, corner):
+    whole = plt.imread(picture)[..., :3]
+    left, top = corner
+    assert np.array_equal(crop(whole, middle, 20), whole[top : top + 20, left : left + 20])
+    written = plt.imread(write_crop(picture, middle, 20, tmp_path / "new" / "crop.png"))
+    assert np.array_equal(written[..., :3], crop(whole, middle, 20))
+
+
+def test_count_of_random_samples_is_interpolated():
+    flips = [0.4, 0.3, 0.2]
+    assert count_of(0.25, flips) == pytest.approx(2.5)
+    assert count_of(0.5, flips) == 1
+    assert count_of(0.1, flips) == np.inf
+
+
+def test_flip_sees_coarse_noise_better_than_fine():
+    grey = np.full((64, 64, 3), 0.3, np.float32)
+    checker = 0.1 * (np.indices((64, 64)).sum(0) % 2 - 0.5)[..., None]
+    coarse = 0.1 * ((np.indices((64, 64)) // 8).sum(0) % 2 - 0.5)[..., None]
+    assert flip(grey, grey) == 0
+    assert flip(grey + coarse, grey) > 1.5 * flip(grey + checker, grey)
+
+
+def test_spectrum_of_white_errors_is_their_mean_square():
+    errors = np.random.default_rng(1).normal(scale=0.3, size=(20, 64, 64))
+    spectrum = error_periodogram(errors)
+    assert spectrum.radial_mean[5:] == pytest.approx(0.09, rel=0.15)
+
+
+def test_tiles_of_readme_are_found():
+    found = tiles_table()
+    assert {"Spectral Tiles", "OpenQMC pmjbn", "Cycles 5.2 blue noise"} <= {row[0] for row in found.rows}
+    assert all(len(row) == len(found.header) for row in found.rows)
