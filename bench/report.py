@@ -139,6 +139,7 @@ def make(effort: Effort, experiments: paper.Effort, folder: Path, readme: bool) 
     found = {name: _scene(name, effort, pictures, progress) for name in effort.scenes}
     summary = _summary(found, effort)
     parts = [
+        *(replace(one.parts[0], rows=one.parts[0].rows[:1]) for name, one in found.items() if name in SHOWN),
         Heading("How this was measured", _conditions(effort)),
         Heading(
             "At equal samples",
@@ -272,7 +273,7 @@ def _is_worse(found: Ratio) -> bool:
 
 
 def _worse(found: dict[str, Found]) -> str:
-    """Return what to say of the scenes where Cycles is better, in one sentence."""
+    """Return a sentence that names the scenes where Cycles is better."""
     names = [
         f"{name} ({count} spp)"
         for name, one in found.items()
@@ -280,12 +281,7 @@ def _worse(found: dict[str, Found]) -> str:
         if engine == TILES
         and _is_worse(ratio(*(one.errors[e, count][:, SIGMAS.index(SIGMA)] for e in (TILES, AUTOMATIC))))
     ]
-    if not names:
-        return "\nNo scene is worse by more than two standard errors."
-    return (
-        f"\nWorse by more than two standard errors: {', '.join(names)}. There most of the noise comes from numbers "
-        "that the plan leaves where Cycles put them, or from more of them than it can arrange at once."
-    )
+    return f"\nWorse by more than two standard errors: {', '.join(names) or 'none'}."
 
 
 def _summary(found: dict[str, Found], effort: Effort) -> Table:
@@ -296,7 +292,11 @@ def _summary(found: dict[str, Found], effort: Effort) -> Table:
         rows.append([name, *(f"{r}{' !' if _is_worse(r) else ''}" for r in ratios)])
     rows.append(["median", *(f"{value:.3f}" for value in np.median(values, axis=0))])
     header = ["over Cycles", *(f"{count} spp" for count in effort.samples)]
-    return Table(f"{effort.lines}x{effort.lines}, sigma {SIGMA}, {len(effort.seeds)} seeds", header, rows)
+    caption = (
+        f"Mean square error over that of Cycles' automatic pattern at equal samples after a Gaussian of {SIGMA} pixel, "
+        f"{effort.lines}x{effort.lines}, {len(effort.seeds)} seeds ± standard error, engine state {engine_state()}"
+    )
+    return Table(caption, header, rows)
 
 
 def _against_white(found: dict[str, Found], effort: Effort) -> Table:
@@ -360,25 +360,25 @@ def tiles_table() -> Table:
 
 # --- README ----------------------------------------------------------------------------------------------------------
 
-#: Scenes of the pictures that README shows, and what its table stands between.
+#: Scenes of the pictures that README shows, how they are cut and enlarged, and what the table stands between.
 SHOWN = ("motion_blur", "moving_penumbra")
-MARGIN = 12
+README_LINES, README_CROP, ENLARGED, MARGIN = 512, 160, 3, 12
 README_MARKS = ("<!-- python -m bench report --readme -->", "<!-- end -->")
 
 
 def _write_readme(summary: Table, effort: Effort) -> None:
     """Renew README's pictures and the table between its two marks."""
     for name in SHOWN:
-        one = replace(effort.settings, samples=1)
+        one = Settings(size=(README_LINES, README_LINES))
         shown = []
         for engine in (AUTOMATIC, TILES):
             whole = plt.imread(picture(scene_file(name), replace(one, engine=engine), effort.seeds[0]))[..., :3]
-            shown.append(crop(whole, SCENES[name], effort.lines // 2).repeat(3, 0).repeat(3, 1))
+            shown.append(crop(whole, SCENES[name], README_CROP).repeat(ENLARGED, 0).repeat(ENLARGED, 1))
         gap = np.ones((len(shown[0]), MARGIN, 3), np.float32)
         path = ROOT / "docs" / f"{name}.jpg"
         plt.imsave(path, np.concatenate((shown[0], gap, shown[1]), axis=1), pil_kwargs={"quality": 88})
     readme = ROOT / "README.md"
     before, _, rest = readme.read_text(encoding="utf-8").partition(README_MARKS[0])
     _, _, after = rest.partition(README_MARKS[1])
-    text = f"{README_MARKS[0]}\n{summary.markdown()}\n{README_MARKS[1]}"
+    text = f"{README_MARKS[0]}\n{summary.caption}:\n\n{summary.markdown()}\n{README_MARKS[1]}"
     readme.write_text(f"{before}{text}{after}", encoding="utf-8")
