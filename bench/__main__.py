@@ -64,8 +64,10 @@ def _report(options: argparse.Namespace) -> str:
     if options.quick:
         effort = report.Effort(report.QUICK_SCENES, 128, (1, 4), range(2), 16, (480, 270), 1)
     else:
-        pictures = (tuple(report.SCENES), options.lines, options.samples, range(options.seeds))
-        effort = report.Effort(*pictures, options.reference_samples or SAMPLES, (1920, 1080), options.pairs)
+        pictures = (options.lines, options.samples, range(options.seeds))
+        effort = report.Effort(
+            options.scenes, *pictures, options.reference_samples or SAMPLES, (1920, 1080), options.pairs
+        )
     return f"{report.make(effort, _effort(options), options.out, options.readme)}"
 
 
@@ -151,12 +153,21 @@ def _parser() -> argparse.ArgumentParser:
 
     page = commands.add_parser("report", parents=[quick], help="one page: figures, curves and pictures against Cycles")
     page.add_argument("--out", type=Path, default=Path("out/report"), metavar="DIR", help="folder of page and pictures")
+    page.add_argument("--scenes", nargs="+", choices=report.SCENES, default=tuple(report.SCENES), metavar="SCENE")
+    page.add_argument(
+        "--experiments",
+        nargs="*",
+        choices=PAPER,
+        default=PAPER,
+        metavar="SCENE",
+        help="of the paper, as of paper --scenes",
+    )
     page.add_argument("--lines", type=int, default=256, help="width and height of the pictures, 256")
     page.add_argument("--samples", type=_counts, default=(1, 2, 4, 8, 16), help="samples a pixel, as in 1,2,4,8,16")
     page.add_argument("--seeds", type=int, default=4, help="images of each engine and sample count")
     page.add_argument("--pairs", type=int, default=3, help="pairs of timed processes")
     page.add_argument("--readme", action="store_true", help="renew README's pictures and table too")
-    page.set_defaults(run=_report, spectrum=(100,), experiments=PAPER)
+    page.set_defaults(run=_report, spectrum=(100,))
     return parser
 
 

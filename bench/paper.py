@@ -92,6 +92,8 @@ class Effort:
 
 def parts(effort: Effort, folder: Path, progress: Progress) -> list[Part]:
     """Render everything and return the parts of a report; pictures are written to `folder`."""
+    if not effort.experiments:
+        return []
     for experiment in effort.experiments:
         progress.step(f"rendering {experiment.scene}")
         _render(experiment, effort)
