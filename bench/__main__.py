@@ -57,6 +57,8 @@ def _demo(options: argparse.Namespace) -> str:
 def _paper(options: argparse.Namespace) -> str:
     effort = _effort(options)
     parts = paper.parts(effort, options.out, Progress(paper.steps(effort)))
+    if options.readme:
+        paper.write_readme(parts)
     return "\n\n".join(map(str, parts))
 
 
@@ -149,6 +151,7 @@ def _parser() -> argparse.ArgumentParser:
     paper_figures.add_argument(
         "--spectrum", type=_counts, default=(100,), metavar="N", help="samples of the spectra's references, as 100,4096"
     )
+    paper_figures.add_argument("--readme", action="store_true", help="renew README's spectra and table too")
     paper_figures.set_defaults(run=_paper)
 
     page = commands.add_parser("report", parents=[quick], help="one page: figures, curves and pictures against Cycles")

@@ -5,14 +5,16 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
+import matplotlib.pyplot as plt
 import numpy as np
 from matplotlib.figure import Figure
 
 from bench.crops import write_crop
 from bench.document import Heading, Part, Pictures, Plot, Table
-from bench.equal_quality import FIRST_SEED, MOST, SIGMAS, RandomImages, random_images, worth
-from bench.jobs import Settings, images, picture, render
+from bench.equal_quality import MOST, SIGMAS, RandomImages, random_images, worth
+from bench.jobs import Settings, engine_state, images, picture, render
 from bench.metrics import LUMINANCE, Reference, mean_square_error, ratio
+from bench.readme import write_picture, write_table
 from bench.reference import SEEDS as REFERENCE_SEEDS
 from bench.reference import reference, reference_settings
 from bench.samplers import CYCLES, OURS, RANDOM, SHIPPED_TILE, Sampler, joint, joint_and_marginal, scanning, white
@@ -220,7 +222,12 @@ def _equal_quality(effort: Effort, progress: Progress) -> list[Part]:
             "tile takes: it should be worth one. Errors hold the aliasing of still edges too, which no sampling of the "
             "parameters helps; it weighs less at more lines.",
         ),
-        Table(f"{len(effort.seeds)} seeds, random: {MOST} seeds (from {FIRST_SEED})", header, rows),
+        Table(
+            f"Random samples a pixel with the error of one sample; {effort.lines}x{effort.lines}, {len(effort.seeds)} "
+            f"seeds ± standard error, {MOST} seeds of random samples, engine state {engine_state()}",
+            header,
+            rows,
+        ),
     ]
 
 
@@ -250,3 +257,12 @@ def _joint_and_marginal(experiment: Experiment, effort: Effort, progress: Progre
     header = ["", *(f"{where}, sigma {sigma}" for where in ("picture", "moving penumbra") for sigma in SIGMAS)]
     caption = f"Section 8: mean square error over that of random values, {len(effort.seeds)} seeds ± standard error"
     return Table(caption, header, rows)
+
+
+def write_readme(parts: Sequence[Part]) -> None:
+    """Renew README's picture of spectra and table of equal quality by the first of each among the parts."""
+    plots = [part for part in parts if isinstance(part, Plot)]
+    tables = [part for part in parts if isinstance(part, Table)]
+    if plots:
+        write_picture("error_spectra", plt.imread(plots[0].path)[..., :3])
+    write_table("paper", tables[0])

@@ -29,6 +29,7 @@ from bench.jobs import (
     run_worker,
 )
 from bench.metrics import SIGMAS, Ratio, flip_of_pictures, mean_square_error, ratio
+from bench.readme import write_picture, write_table
 from bench.reference import SEEDS as REFERENCE_SEEDS
 from bench.reference import reference, reference_settings
 from bench.scene_files import ROOT, SceneFile, scene_file
@@ -360,10 +361,9 @@ def tiles_table() -> Table:
 
 # --- README ----------------------------------------------------------------------------------------------------------
 
-#: Scenes of the pictures that README shows, how they are cut and enlarged, and what the table stands between.
-SHOWN = ("motion_blur", "moving_penumbra")
+#: Scenes of the pictures that README shows, and how they are cut and enlarged.
+SHOWN = ("motion_blur",)
 README_LINES, README_CROP, ENLARGED, MARGIN = 512, 160, 3, 12
-README_MARKS = ("<!-- python -m bench report --readme -->", "<!-- end -->")
 
 
 def _write_readme(summary: Table, effort: Effort) -> None:
@@ -375,10 +375,5 @@ def _write_readme(summary: Table, effort: Effort) -> None:
             whole = plt.imread(picture(scene_file(name), replace(one, engine=engine), effort.seeds[0]))[..., :3]
             shown.append(crop(whole, SCENES[name], README_CROP).repeat(ENLARGED, 0).repeat(ENLARGED, 1))
         gap = np.ones((len(shown[0]), MARGIN, 3), np.float32)
-        path = ROOT / "docs" / f"{name}.jpg"
-        plt.imsave(path, np.concatenate((shown[0], gap, shown[1]), axis=1), pil_kwargs={"quality": 88})
-    readme = ROOT / "README.md"
-    before, _, rest = readme.read_text(encoding="utf-8").partition(README_MARKS[0])
-    _, _, after = rest.partition(README_MARKS[1])
-    text = f"{README_MARKS[0]}\n{summary.caption}:\n\n{summary.markdown()}\n{README_MARKS[1]}"
-    readme.write_text(f"{before}{text}{after}", encoding="utf-8")
+        write_picture(name, np.concatenate((shown[0], gap, shown[1]), axis=1))
+    write_table("report", summary)

@@ -5,6 +5,7 @@ import matplotlib.pyplot as plt
 import numpy as np
 import pytest
 
+from bench import readme
 from bench.crops import crop, write_crop
 from bench.document import Heading, Pictures, Plot, Table, page
 from bench.equal_quality import count_of
@@ -91,3 +92,18 @@ def test_tiles_of_readme_are_found():
     found = tiles_table()
     assert {"Spectral Tiles", "OpenQMC pmjbn", "Cycles 5.2 blue noise"} <= {row[0] for row in found.rows}
     assert all(len(row) == len(found.header) for row in found.rows)
+
+
+def test_readme_table_replaces_what_stands_between_its_marks(tmp_path, monkeypatch):
+    monkeypatch.setattr(readme, "ROOT", tmp_path)
+    page = tmp_path / "README.md"
+    made = Table("Errors", ["", "1 spp"], [["wheels", "0.9"]])
+    page.write_text("before\n<!-- python -m bench paper --readme -->\nold\n<!-- end of paper -->\nafter\n")
+    for _ in range(2):
+        readme.write_table("paper", made)
+    lines = page.read_text().splitlines()
+    assert (lines[0], lines[2], lines[-1]) == ("before", "Errors:", "after")
+    assert lines.count("| wheels | 0.9 |") == 1
+    assert "old" not in lines
+    with pytest.raises(ValueError, match="no marks"):
+        readme.write_table("report", made)
