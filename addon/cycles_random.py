@@ -81,7 +81,8 @@ _SOBOL_TABLES = tuple(_byte_tables(_mirrored(columns)) for columns in _SOBOL_COL
 _SOBOL_BYTES = tuple(tables.astype(np.uint8) for tables in _SOBOL_TABLES)
 
 
-def _reverse_bits(n):
+def reverse_bits(n):
+    """The 32 bits of each number, in reverse order: uint32 array of the same shape."""
     return (
         (_REVERSED[n & 0xFF] << 24)
         | (_REVERSED[(n >> 8) & 0xFF] << 16)
@@ -94,9 +95,9 @@ def _matrix_product(tables, n):
     return tables[0][n & 0xFF] ^ tables[1][(n >> 8) & 0xFF] ^ tables[2][(n >> 16) & 0xFF] ^ tables[3][n >> 24]
 
 
-def _hash_hp(i):
-    """`hash_hp_uint()` of one integer (util/hash.h)."""
-    i ^= i >> 16
+def hash_hp(i):
+    """`hash_hp_uint()` of an integer or a uint32 array (util/hash.h)."""
+    i = i ^ i >> 16
     i = (i * 0x21F0AAAD) & _MASK
     i ^= i >> 15
     i = (i * 0xD35A2D97) & _MASK
@@ -122,7 +123,7 @@ def _hash_uint(key):
     return c
 
 
-def _owen_reversed(n, seed):
+def owen_reversed(n, seed):
     """`reversed_bit_owen()`: base-2 Owen scrambling of a bit-reversed integer (Laine-Karras hash)."""
     n = n ^ n * np.uint32(0x3D20ADEA)
     n += np.uint32(seed)
@@ -169,7 +170,7 @@ def pixel_ranks(x, y, seed):
         Pixel p draws the points n * rank ... n * rank + n - 1 of the sequence when n samples a pixel are rendered.
     """
     morton = (_spread_bits(np.asarray(x, np.uint32)) << 1) | _spread_bits(np.asarray(y, np.uint32))
-    return _reverse_bits(_owen_reversed_base4(_reverse_bits(morton), _hash_uint(seed & _MASK)))
+    return reverse_bits(_owen_reversed_base4(reverse_bits(morton), _hash_uint(seed & _MASK)))
 
 
 def sequence_values(index, dims):
@@ -197,8 +198,8 @@ def sequence_values(index, dims):
     for column, (axis, seed, point) in enumerate(_shuffled_points(index, dims)):
         # Owen scrambling wants bit-reversed numbers: dimension 0 of a reversed index is that index mirrored, and the
         # table's columns already are in reversed order.
-        digits = _reverse_bits(point) if axis == 0 else _matrix_product(_SOBOL_TABLES[axis - 1], point)
-        digits = _reverse_bits(_owen_reversed(digits, seed ^ _SCRAMBLE_SEEDS_3D[axis]))
+        digits = reverse_bits(point) if axis == 0 else _matrix_product(_SOBOL_TABLES[axis - 1], point)
+        digits = reverse_bits(owen_reversed(digits, seed ^ _SCRAMBLE_SEEDS_3D[axis]))
         values[..., column] = digits * np.float32(1.0 / 4294967808.0)
     return values
 
@@ -218,7 +219,7 @@ def leading_bytes(index, dims):
     leading = {}
     for name, (axis, seed, point) in zip(dims, points, strict=True):
         digits = _REVERSED_BYTE[point >> 24] if axis == 0 else _matrix_product(_SOBOL_BYTES[axis - 1], point)
-        scrambled = _owen_reversed(np.arange(256, dtype=np.uint32), seed ^ _SCRAMBLE_SEEDS_3D[axis])
+        scrambled = owen_reversed(np.arange(256, dtype=np.uint32), seed ^ _SCRAMBLE_SEEDS_3D[axis])
         leading[name] = _REVERSED_BYTE[scrambled & 0xFF][digits]
     return leading
 
@@ -228,11 +229,11 @@ def _shuffled_points(index, dims):
     unknown = [name for name in dims if name not in DIMENSIONS]
     if unknown:
         raise ValueError(f"Cycles draws no number for {', '.join(unknown)}; it has {', '.join(DIMENSIONS)}")
-    reversed_index = _reverse_bits(index)
+    reversed_index = reverse_bits(index)
     shuffled = {}
     for name in dims:
         dimension_set, axis = DIMENSIONS[name]
-        seed = _hash_hp(dimension_set)
+        seed = hash_hp(dimension_set)
         if dimension_set not in shuffled:
-            shuffled[dimension_set] = _owen_reversed(reversed_index, seed ^ _SHUFFLE_SEED_3D)
+            shuffled[dimension_set] = owen_reversed(reversed_index, seed ^ _SHUFFLE_SEED_3D)
         yield axis, seed, shuffled[dimension_set]

@@ -1,14 +1,14 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The render engine: Cycles, told which samples to take.
 
-Final renders go through a driver (`gather`); the viewport, previews and baking are Cycles' own, called just as
-Blender's Cycles add-on calls them (`addons_core/cycles/__init__.py`).
+Final renders go through a driver (`gather` or `subrender`); the viewport, previews and baking are Cycles' own, called
+just as Blender's Cycles add-on calls them (`addons_core/cycles/__init__.py`).
 """
 
 import bpy
 from cycles import engine as cycles
 
-from . import failure, gather
+from . import driver, failure, gather, subrender
 
 
 class SpectralTilesRender(bpy.types.RenderEngine):
@@ -39,6 +39,9 @@ class SpectralTilesRender(bpy.types.RenderEngine):
             gather.set_samples(depsgraph.scene_eval.cycles, depsgraph.scene.spectral_tiles.samples)
         elif not self.is_preview:
             try:
+                if driver.is_subrender(depsgraph.scene_eval):
+                    self.job = subrender.prepare(self, data, depsgraph)
+                    return
                 self.job = gather.prepare(self, depsgraph)
             except failure.Refused as refused:
                 failure.report(self, str(refused))
@@ -48,7 +51,9 @@ class SpectralTilesRender(bpy.types.RenderEngine):
         cycles.reset(self, data, depsgraph)
 
     def render(self, depsgraph):
-        if self.job is not None:
+        if isinstance(self.job, subrender.Job):
+            subrender.render(self, depsgraph, self.job)
+        elif self.job is not None:
             gather.render(self, depsgraph, self.job)
         elif self.is_preview or self.native:
             cycles.render(self, depsgraph)

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import bpy
 from cycles import engine as cycles
 
-from . import automatic, camera, denoising, failure, film, layers, library, persistence, shading, tile_plan
+from . import automatic, camera, denoising, driver, failure, film, layers, library, persistence, shading, tile_plan
 from .analysis import scene_use
 from .failure import Refused
 from .plan import Plan
@@ -64,24 +64,12 @@ class Job:
     facts: dict
 
 
-def _check_driver(scene, layer):
-    if scene.spectral_tiles.driver == "SUBRENDER":
-        raise Refused("The sub-render driver is not available yet; set Driver to Automatic or Gather")
-
-
 def _check_build(scene, layer):
-    if not cycles.with_osl():
-        raise Refused("This build of Blender has no Open Shading Language, which Spectral Tiles needs")
+    driver.check_build()
 
 
 def _check_device(scene, layer):
-    preferences = bpy.context.preferences.addons["cycles"].preferences
-    kind = preferences.get_compute_device_type()
-    if scene.cycles.device == "GPU" and kind not in {"NONE", "OPTIX"} and preferences.has_active_device():
-        raise Refused(
-            f"Cycles has no Open Shading Language on {kind} devices, which Spectral Tiles needs; "
-            "set Device to CPU, or use OptiX"
-        )
+    driver.check_device(scene)
 
 
 def _check_camera(scene, layer):
@@ -111,7 +99,7 @@ def _check_tile(scene, layer):
 
 
 # Each raises `Refused` if a scene's view layer cannot be rendered this way.  The panel asks them all beforehand.
-CHECKS = (_check_driver, _check_build, _check_device, _check_camera, _check_passes, _check_subset, _check_tile)
+CHECKS = (_check_build, _check_device, _check_camera, _check_passes, _check_subset, _check_tile)
 
 
 def prepare(engine, depsgraph):
@@ -224,6 +212,14 @@ def render(engine, depsgraph, job):
     """Run Cycles on a prepared render, put the pixels in order and filter them."""
     with job.folder:
         passes = _rendered(engine, depsgraph, job) if job.filter is None else _filtered(engine, depsgraph, job)
+    finish(engine, job, passes)
+    if persistence.is_kept(engine):
+        for owner, values in job.before:
+            persistence.put_back(owner, values)
+
+
+def finish(engine, job, passes):
+    """Denoise the passes of a picture, if its scene says so, and make them the result."""
     if job.denoise:
         passes |= denoising.noisy(passes)
     film.write_passes(engine, job.region, job.layer.name, passes)
@@ -235,9 +231,6 @@ def render(engine, depsgraph, job):
             failure.report(engine, str(refused))
         film.write_passes(engine, job.region, job.layer.name, passes)
     layers.stamp(engine, job.facts)
-    if persistence.is_kept(engine):
-        for owner, values in job.before:
-            persistence.put_back(owner, values)
 
 
 def _rendered(engine, depsgraph, job):

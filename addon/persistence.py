@@ -7,12 +7,16 @@ from the user's scene when a render starts, so scenes that need several renders 
 
 import bpy
 
+from . import driver
+
 _switched = []
 
 
 def needed(scene):
     """Whether the scene's settings ask for several Cycles renders of a frame."""
-    return scene.render.engine == "SPECTRAL_TILES" and scene.spectral_tiles.filter != "AS_CYCLES"
+    if scene.render.engine != "SPECTRAL_TILES":
+        return False
+    return scene.spectral_tiles.filter != "AS_CYCLES" or driver.is_subrender(scene)
 
 
 @bpy.app.handlers.persistent

@@ -97,7 +97,11 @@ class SpectralTilesSettings(bpy.types.PropertyGroup):
         items=(
             ("AUTO", "Automatic", "Use the fastest driver that can render this scene here"),
             ("GATHER", "Gather", "One render whose pixels are put in order afterwards; needs Open Shading Language"),
-            ("SUBRENDER", "Sub-renders", "One small render for each cell of the tile (not available yet)"),
+            (
+                "SUBRENDER",
+                "Sub-renders",
+                "Hundreds of small renders at exact moments; blurs animated lights too, but takes longer",
+            ),
         ),
         default="AUTO",
         options=set(),

@@ -81,8 +81,12 @@ def _pixel_means(first, samples, dims):
     """
     if samples == 1:
         return cycles_random.sequence_values(first, dims)
-    total = sum(cycles_random.sequence_values(first + np.uint32(k), dims) for k in range(samples))
-    even = (np.arange(len(total), dtype=np.float32) + 0.5) / len(total)
-    ranks = np.empty_like(total)
-    np.put_along_axis(ranks, np.argsort(total, axis=0), even[:, None], axis=0)
+    return evenly_spread(sum(cycles_random.sequence_values(first + np.uint32(k), dims) for k in range(samples)))
+
+
+def evenly_spread(sums):
+    """Ranks of sums, each column by itself, as numbers in [0, 1): (pixels, dims)."""
+    even = (np.arange(len(sums), dtype=np.float32) + 0.5) / len(sums)
+    ranks = np.empty_like(sums)
+    np.put_along_axis(ranks, np.argsort(sums, axis=0), even[:, None], axis=0)
     return ranks

@@ -131,15 +131,11 @@ def test_vector_pass():
 def test_device_without_osl(monkeypatch):
     scene = build_scene()
     scene.cycles.device = "GPU"
+    scene.spectral_tiles.driver = "GATHER"
     preferences = type(bpy.context.preferences.addons["cycles"].preferences)
     monkeypatch.setattr(preferences, "get_compute_device_type", lambda self: "CUDA")
     monkeypatch.setattr(preferences, "has_active_device", lambda self: True)
     render_expecting("set Device to CPU")
-
-
-def test_subrender_is_not_there_yet():
-    build_scene().spectral_tiles.driver = "SUBRENDER"
-    render_expecting("not available yet")
 
 
 @pytest.mark.parametrize("content", [None, b"", b"no tile at all"], ids=["missing", "empty", "garbage"])

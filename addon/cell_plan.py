@@ -1,0 +1,163 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What the cells of a periodic pattern sample: the plan of the sub-render driver.
+
+All film pixels of one cell share their random numbers: one point of Cycles' sequence (`addon.shared_sequence`) for
+each sample.  The plan says which point each cell gets, and what time, lens point and film position go with it.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from . import automatic, shared_sequence
+from .arrangement import features, modes
+from .matching import match
+from .tile_plan import evenly_spread
+
+# So many different samples at least, one sub-render each, make a picture: with 16 x 16 cells at one sample a pixel, or
+# 4 x 4 at sixteen, time and lens are cut finely enough that no single one is seen.
+_DIFFERENT = 256
+_SIDES = (4, 8, 16)
+
+# Modes of the error that are weighed, and the change of it below which a swap is rounding.
+_MODES = 24
+_WORTHWHILE = 1e-5
+
+
+@dataclass(frozen=True)
+class CellPlan:
+    """Samples of every cell.
+
+    Attributes
+    ----------
+    seed, count : int
+        What Cycles' seed and samples a pixel must be set to.
+    offset : int array, shape (side, side, samples)
+        Cycles' sample offset, by row (upwards) and column of the cell.
+    t : float32 array, shape (side, side, samples)
+    lens, film : float32 arrays, shape (side, side, samples, 2)
+        Numbers in [0, 1).
+    """
+
+    seed: int
+    count: int
+    offset: np.ndarray
+    t: np.ndarray
+    lens: np.ndarray
+    film: np.ndarray
+
+    @property
+    def side(self):
+        """Period of the pattern, in pixels."""
+        return len(self.offset)
+
+
+def arranged(use, samples, seed):
+    """Plan in which neighbouring cells complement each other in what the frame uses.
+
+    Parameters
+    ----------
+    use : analysis.SceneUse
+    samples : int
+        Samples a pixel.
+    seed : int
+        Another seed gives another, equally good plan.
+
+    Returns
+    -------
+    CellPlan
+    """
+    side = next((side for side in _SIDES if side * side * samples >= _DIFFERENT), _SIDES[-1])
+    groups = automatic.groups(use)
+    dims = sorted({name for group, _ in groups for name in group})
+    error_modes = modes([(tuple(map(dims.index, group)), share) for group, share in groups], _MODES)
+    count = shared_sequence.length(side * side * samples)
+    values = shared_sequence.values(dims, count, seed)[: side * side * samples]
+    order = _placed(features(values.reshape(side * side, samples, len(dims)), error_modes), side)
+    return _plan(order.reshape(side, side), samples, seed, count)
+
+
+def following(tile, dims, samples, seed):
+    """Plan that follows a tile in some of its dimensions, time and lens exactly.
+
+    Parameters
+    ----------
+    tile : generator.Tile
+    dims : tuple of str
+        The tile's dimensions that the scene uses.
+    samples : int
+        Samples a pixel.
+    seed : int
+        Cycles' seed; also moves the tile.
+
+    Returns
+    -------
+    CellPlan
+    """
+    origin = np.random.default_rng(seed).integers(0, tile.size, 2)
+    wanted = np.roll(tile.values[:, :, 0], origin, axis=(0, 1)).reshape(tile.size**2, -1)
+    exact = [name for name in ("t", "lens.u", "lens.v") if name in dims]
+    matched = [name for name in dims if name in shared_sequence.DIMENSIONS and name not in exact]
+    count = shared_sequence.length(tile.size**2 * samples)
+    order = np.arange(tile.size**2)
+    if matched:
+        drawn = shared_sequence.values(matched, count, seed)[: tile.size**2 * samples]
+        drawn = evenly_spread(drawn.reshape(tile.size**2, samples, len(matched)).sum(axis=1))
+        order[match(drawn, wanted[:, [tile.dims.index(name) for name in matched]])] = np.arange(tile.size**2)
+    plan = _plan(order.reshape(tile.size, tile.size), samples, seed, count)
+    # All samples of a pixel move alike, so that the first one gets the tile's numbers.
+    for name in exact:
+        numbers = plan.t if name == "t" else plan.lens[..., ("lens.u", "lens.v").index(name)]
+        aim = wanted[:, tile.dims.index(name)].reshape(tile.size, tile.size, 1)
+        numbers[...] = np.mod(numbers + (aim - numbers[..., :1]), 1.0)
+    return plan
+
+
+def _plan(order, samples, seed, count):
+    """The plan whose cells get those blocks of `samples` points of the sequence."""
+    offset = order[..., None] * samples + np.arange(samples)
+    numbers = shared_sequence.values(("t", "lens.u", "lens.v", "film.x", "film.y"), count, seed)[offset]
+    return CellPlan(seed, count, offset, numbers[..., 0].copy(), numbers[..., 1:3].copy(), numbers[..., 3:].copy())
+
+
+def _placed(error_features, side):
+    """Which block of points each cell gets: swaps, while they lower the visible error.
+
+    The error is that of `addon.arrangement`, on a torus.  It starts from Cycles' own order, a Z-curve.
+
+    Parameters
+    ----------
+    error_features : float32 array, shape (side * side, modes)
+        Of the blocks, in the order of the sequence.
+    side : int
+
+    Returns
+    -------
+    int array, shape (side * side,)
+    """
+    y, x = np.divmod(np.arange(side * side), side)
+    order = sum(((x >> bit & 1) << 2 * bit) | ((y >> bit & 1) << 2 * bit + 1) for bit in range(side.bit_length()))
+
+    def squared(a):
+        distance = np.abs(np.subtract.outer(a, a))
+        return np.minimum(distance, side - distance) ** 2
+
+    # The autocorrelation of a Gaussian of one pixel.
+    seen = np.exp(-(squared(y) + squared(x)) / 4.0)
+    placed = error_features[order]
+    field = seen @ placed
+    improved = True
+    while improved:
+        improved = False
+        for cell in range(side * side):
+            # Half the change of energy when this cell swaps its block with each other one.
+            difference = placed[cell] - placed
+            change = np.einsum("nm,nm->n", field - field[cell], difference)
+            change += (1.0 - seen[cell]) * np.einsum("nm,nm->n", difference, difference)
+            other = np.argmin(change)
+            if change[other] < -_WORTHWHILE:
+                field += np.outer(seen[other] - seen[cell], difference[other])
+                both = [cell, other]
+                placed[both], order[both] = placed[both[::-1]], order[both[::-1]]
+                improved = True
+    return order

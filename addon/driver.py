@@ -1,0 +1,38 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Which driver renders a scene: GATHER where it can run, else sub-renders."""
+
+import bpy
+from cycles import engine as cycles
+
+from . import openimageio
+from .failure import Refused
+
+
+def check_build():
+    """Raise `Refused` if this build of Blender cannot run the GATHER driver."""
+    if not cycles.with_osl():
+        raise Refused("This build of Blender has no Open Shading Language, which Spectral Tiles needs")
+    openimageio.load()
+
+
+def check_device(scene):
+    """Raise `Refused` if the GATHER driver cannot run on the device that the scene is rendered on."""
+    preferences = bpy.context.preferences.addons["cycles"].preferences
+    kind = preferences.get_compute_device_type()
+    if scene.cycles.device == "GPU" and kind not in {"NONE", "OPTIX"} and preferences.has_active_device():
+        raise Refused(
+            f"Cycles has no Open Shading Language on {kind} devices, which Spectral Tiles needs; "
+            "set Device to CPU or use OptiX, or set Driver to Sub-renders"
+        )
+
+
+def is_subrender(scene):
+    """Whether the scene chose sub-renders, or leaves the choice to us and nothing else runs here."""
+    if scene.spectral_tiles.driver != "AUTO":
+        return scene.spectral_tiles.driver == "SUBRENDER"
+    try:
+        check_build()
+        check_device(scene)
+    except Refused:
+        return True
+    return False

@@ -1,0 +1,388 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The SUBRENDER driver: one small Cycles render for each cell of a periodic pattern, for each sample.
+
+All film pixels of a cell share their random numbers (Mitchell 1991, section 6), so a cell is a picture of the scene at
+one moment, through one point of the lens, seen on every n-th pixel each way.  Such a picture needs no motion blur, no
+depth of field and no special camera: the frame is set to the moment, a pinhole stands at the lens point with its view
+shifted so that the plane in focus stays put, and Cycles' sample offset chooses the numbers of light and bounces.
+"""
+
+import math
+import time
+from dataclasses import dataclass
+
+import bpy
+import numpy as np
+from cycles import engine as cycles
+
+from . import cell_plan, denoising, exposure, film, gather, layers, library, persistence, shading, shared_sequence
+from .analysis import scene_use
+from .cell_plan import CellPlan
+from .failure import Refused, report
+from .region import Region
+
+# Width of Cycles' pixel filter, in pixels of a sub-render: the narrowest that it takes.
+_PINNED = 0.01
+
+# Passes that Cycles writes for the first point of its sequence only (kernel/film/data_passes.h).
+_FIRST_POINT_PASSES = {"Depth", "Position", "Object Index", "Material Index"}
+
+
+@dataclass(frozen=True)
+class Job:
+    """A prepared render.
+
+    Attributes
+    ----------
+    data : bpy.types.BlendData
+    region : Region
+    plan : CellPlan
+    subset : range
+        The samples of the plan that are rendered, not all if the scene has a sample subset.
+    scene : bpy.types.Scene
+    layer : bpy.types.ViewLayer
+        The original ones.
+    denoise : bool
+        Whether the result is to be denoised.
+    facts : dict of str to str
+        What the picture should say of the render (`addon.layers`).
+    frame : (int, float)
+        The frame and sub-frame that are rendered.
+    times : float array, shape (side, side, samples), or None
+        When the samples are taken, in frames from `frame`; None without motion blur.
+    offsets : float array, shape (side, side, samples, 2)
+        Where in its pixel each sample is taken, from the centre, in pixels.
+    drift : float array, shape (plan.count, 2)
+        How far Cycles' own filter moves each point of the sequence, in pixels of a sub-render.
+    """
+
+    data: bpy.types.BlendData
+    region: Region
+    plan: CellPlan
+    subset: range
+    scene: bpy.types.Scene
+    layer: bpy.types.ViewLayer
+    denoise: bool
+    facts: dict
+    frame: tuple[int, float]
+    times: np.ndarray | None
+    offsets: np.ndarray
+    drift: np.ndarray
+
+
+class _Overwritten:
+    """Values written to evaluated data, which can be put back.
+
+    The next frame's evaluation starts from what it finds, so nothing of ours may be there.
+    """
+
+    def __init__(self):
+        self._previous = []
+
+    def set(self, owner, **values):
+        for name, value in values.items():
+            self.keep(owner, name)
+            setattr(owner, name, value)
+
+    def keep(self, owner, *names):
+        for name in names:
+            value = getattr(owner, name)
+            self._previous.append((owner, name, value.copy() if hasattr(value, "copy") else value))
+
+    def put_back(self):
+        while self._previous:
+            setattr(*self._previous.pop())
+
+
+def _check_camera(scene, layer):
+    made = scene.camera
+    if made is None:
+        raise Refused("Cannot render, no camera in the scene")
+    if made.type != "CAMERA":
+        raise Refused(f'"{made.name}" is not a camera; make a camera object the scene\'s camera')
+    if made.data.type not in {"PERSP", "ORTHO"}:
+        kind = {"PANO": "panoramic", "CUSTOM": "custom (OSL)"}.get(made.data.type, made.data.type)
+        raise Refused(
+            f'Camera "{made.name}" is {kind}, which sub-renders cannot give; '
+            "use a perspective or orthographic camera, or set Driver to Gather"
+        )
+    if made.data.type == "ORTHO" and made.data.dof.use_dof:
+        raise Refused(
+            f'Orthographic camera "{made.name}" has depth of field, which sub-renders cannot give; '
+            "switch it off, or set Driver to Gather"
+        )
+    if scene.render.use_multiview:
+        raise Refused("Stereoscopy cannot be rendered by sub-renders; switch it off, or set Driver to Gather")
+    if scene.render.use_motion_blur and scene.cycles.rolling_shutter_type != "NONE":
+        raise Refused("A rolling shutter cannot be rendered by sub-renders; set it to None, or render with Cycles")
+
+
+def _check_passes(scene, layer):
+    if layer.use_pass_vector:
+        raise Refused(f'The Vector pass of view layer "{layer.name}" cannot be rendered by sub-renders; switch it off')
+    kinds = ("object", "material", "asset")
+    if scene.spectral_tiles.samples > 1 and any(getattr(layer, f"use_pass_cryptomatte_{kind}") for kind in kinds):
+        raise Refused(
+            f'The Cryptomatte passes of view layer "{layer.name}" take one sample a pixel by sub-renders; '
+            "switch them off, or set Driver to Gather"
+        )
+
+
+def _check_filter(scene, layer):
+    if scene.spectral_tiles.filter != "AS_CYCLES":
+        raise Refused("Sub-renders know Cycles' filters only; set Filter to As Cycles, or Driver to Gather")
+
+
+# Each raises `Refused` if a scene's view layer cannot be rendered this way.
+CHECKS = (_check_camera, _check_passes, _check_filter)
+
+
+def prepare(engine, data, depsgraph):
+    """Plan the sub-renders.
+
+    Parameters
+    ----------
+    engine : bpy.types.RenderEngine
+    data : bpy.types.BlendData
+    depsgraph : bpy.types.Depsgraph
+
+    Returns
+    -------
+    Job
+
+    Raises
+    ------
+    Refused
+        The scene cannot be rendered this way.
+    """
+    scene, layer = depsgraph.scene_eval, depsgraph.view_layer_eval
+    settings = scene.spectral_tiles
+    for check in CHECKS:
+        check(scene, layer)
+    shading.check(depsgraph, scene.camera)
+    if not persistence.is_kept(engine):
+        raise Refused("Blender does not keep the scene between sub-renders; switch on Persistent Data")
+    use = scene_use(depsgraph)
+    seed = settings.seed + (scene.frame_current if scene.cycles.use_animated_seed else 0)
+    tile = library.tile(settings, scene.library)
+    if tile is None:
+        plan = cell_plan.arranged(use, settings.samples, seed)
+    else:
+        dims = tuple(name for name in use.dims if name in tile.dims)
+        plan = cell_plan.following(tile, dims, settings.samples, seed)
+    denoise = denoising.wanted(scene, layer)
+    if denoise:
+        denoising.add_passes(engine, layer)
+    first, count = layers.subset(scene.cycles, settings.samples)
+    offsets = exposure.filter_offsets(plan.film, scene.cycles.pixel_filter_type, scene.cycles.filter_width)
+    drift = exposure.filter_offsets(
+        shared_sequence.values(("film.x", "film.y"), plan.count, plan.seed), "GAUSSIAN", _PINNED
+    )
+    # As in Cycles, the first sample is in the middle.
+    offsets[:, :, 0] = 0.0
+    drift[0] = 0.0
+    return Job(
+        data=data,
+        region=Region.of_render(scene.render),
+        plan=plan,
+        subset=range(first, first + count),
+        scene=depsgraph.scene,
+        layer=depsgraph.view_layer,
+        denoise=denoise,
+        facts=layers.facts(scene, layer.name, tile, plan, seed, settings.samples),
+        frame=(scene.frame_current, scene.frame_subframe),
+        times=exposure.shutter_times(plan.t, scene.render) if use.motion_blur else None,
+        offsets=offsets,
+        drift=drift,
+    )
+
+
+def render(engine, depsgraph, job):
+    """Run all sub-renders and put their pixels where they belong."""
+    # A session that rendered before would keep settings that have changed since.
+    cycles.free(engine)
+    cycles.create(engine, job.data)
+    written = _Overwritten()
+    progress = _Progress(engine, job.plan.side**2 * len(job.subset))
+    mean = {}
+    try:
+        for count, sample in enumerate(job.subset, start=1):
+            passes = _render_sample(engine, depsgraph, job, sample, written, progress)
+            if count == 1:
+                mean = passes
+            elif engine.test_break():
+                break
+            for key in passes:
+                if key[0] not in _FIRST_POINT_PASSES:
+                    mean[key] += (passes[key] - mean[key]) / np.float32(count)
+            film.write_passes(engine, job.region, job.layer.name, mean)
+    except Refused as refused:
+        report(engine, str(refused))
+    finally:
+        written.put_back()
+        engine.frame_set(job.frame[0], subframe=job.frame[1])
+    gather.finish(engine, job, mean)
+
+
+def _render_sample(engine, depsgraph, job, sample, written, progress):
+    """Passes with one sample in each pixel; black where the user cancelled before."""
+    side = job.plan.side
+    width, height = job.region.size
+    passes = {}
+    cells = np.argwhere(np.ones((side, side), bool))
+    if job.times is not None:
+        # In the order of time, so that as little as possible changes from one to the next.
+        cells = cells[np.argsort(job.times[..., sample], axis=None)]
+    for row, column in cells:
+        # The cell's first pixel in the region.
+        first = (column - job.region.corner[0]) % side, (row - job.region.corner[1]) % side
+        if engine.test_break():
+            break
+        if first[0] < width and first[1] < height:
+            for key, pixels in _render_cell(engine, depsgraph, job, (row, column, sample), first, written).items():
+                whole = passes.setdefault(key, np.zeros((height, width, pixels.shape[1]), np.float32))
+                part = whole[first[1] :: side, first[0] :: side]
+                part[...] = pixels.reshape(height, width, -1)[: part.shape[0], : part.shape[1]]
+        progress.step()
+    return {key: pixels.reshape(width * height, -1) for key, pixels in passes.items()}
+
+
+def _render_cell(engine, depsgraph, job, index, first_pixel, written):
+    """Passes of one cell for one sample, in the lower left corner of otherwise meaningless ones."""
+    written.put_back()
+    if job.times is not None:
+        moment = job.frame[0] + job.frame[1] + job.times[index]
+        engine.frame_set(math.floor(moment), subframe=moment % 1.0)
+    _check_camera(depsgraph.scene_eval, None)
+
+    def passes(point):
+        written.put_back()
+        scene = depsgraph.scene_eval
+        _set_view(written, engine, scene, job, index, point, first_pixel)
+        _set_sampling(written, scene, depsgraph.view_layer_eval, job.plan, point)
+        _set_border(written, engine.render, job.region, job.plan.side)
+        cycles.reset(engine, job.data, depsgraph)
+        cycles.render(engine, depsgraph)
+        return film.read_passes(engine, job.layer.name)
+
+    point = int(job.plan.offset[index])
+    seen = passes(point)
+    missing = [key for key in seen if key[0] in _FIRST_POINT_PASSES]
+    if missing and point > 0 and index[2] == 0:
+        first = passes(0)
+        seen |= {key: first[key] for key in missing}
+    return seen
+
+
+def _set_view(written, engine, scene, job, index, point, first_pixel):
+    """Point the evaluated camera: a pinhole at the sample's lens point that sees one pixel of each period."""
+    made, data, render, side = scene.camera, scene.camera.data, scene.render, job.plan.side
+    frame = np.array(job.region.frame)
+    # The film's size, and Blender's shift of it, count in widths of the sensor or of an orthographic view
+    # (`blender_camera_viewplane()`); a perspective camera's film is at distance 1.
+    sensor = "sensor_height" if data.sensor_fit == "VERTICAL" else "sensor_width"
+    unit = data.ortho_scale if data.type == "ORTHO" else getattr(data, sensor) / data.lens
+    ratio = frame * (render.pixel_aspect_x, render.pixel_aspect_y)
+    horizontal = ratio[0] > ratio[1] if data.sensor_fit == "AUTO" else data.sensor_fit == "HORIZONTAL"
+    size = unit * ratio / ratio[0 if horizontal else 1]
+    # Raster position p of the sub-render shows film position first + side * (p - raster), in pixels of the frame.
+    raster = np.add(job.region.corner, 0.5)
+    first = raster + first_pixel + job.offsets[index] - side * job.drift[point]
+    middle = unit * np.array((data.shift_x, data.shift_y))
+    middle += size * ((first + side * (0.5 * frame - raster)) / frame - 0.5)
+
+    if data.dof.use_dof:
+        radius = 1e-3 * data.lens / (2.0 * max(data.dof.aperture_fstop, 1e-5))
+        lens = radius * exposure.lens_points(job.plan.lens[index], data.dof)
+        # What is in focus must not move in the picture.
+        middle -= lens / _focus_distance(made)
+        matrix = made.matrix_world.copy()
+        axes = matrix.normalized()
+        matrix.translation += axes.col[0].xyz * lens[0] + axes.col[1].xyz * lens[1]
+        written.keep(made, "location", "rotation_euler", "rotation_quaternion", "rotation_axis_angle", "scale")
+        written.set(made, matrix_world=matrix)
+        written.set(data.dof, use_dof=False)
+
+    unit *= side
+    if data.type == "ORTHO":
+        written.set(data, ortho_scale=unit)
+    else:
+        written.set(data, **{sensor: unit * data.lens})
+    written.set(data, shift_x=middle[0] / unit, shift_y=middle[1] / unit)
+
+
+def _focus_distance(made):
+    """Distance of the plane in focus along the camera's axis, as `blender_camera_focal_distance()`."""
+    dof = made.data.dof
+    target = dof.focus_object
+    if target is None:
+        return dof.focus_distance
+    place = target.matrix_world
+    if target.pose and dof.focus_subtarget in target.pose.bones:
+        place = place @ target.pose.bones[dof.focus_subtarget].matrix
+    return abs(made.matrix_world.normalized().col[2].xyz.dot(made.matrix_world.translation - place.translation))
+
+
+def _set_sampling(written, scene, layer, plan, point):
+    """Make Cycles take the one sample, for all pixels alike, at the pixels' centres."""
+    written.set(
+        scene.cycles,
+        samples=plan.count,
+        sampling_pattern="TABULATED_SOBOL",
+        scrambling_distance=0.0,
+        auto_scrambling_distance=False,
+        seed=plan.seed,
+        use_animated_seed=False,
+        use_sample_subset=True,
+        sample_offset=point,
+        sample_subset_length=1,
+        use_adaptive_sampling=False,
+        use_layer_samples="IGNORE",
+        time_limit=0.0,
+        pixel_filter_type="GAUSSIAN",
+        filter_width=_PINNED,
+        use_auto_tile=False,
+        use_denoising=False,
+    )
+    written.set(scene.render, use_motion_blur=False)
+    written.set(layer, use_motion_blur=False)
+
+
+def _set_border(written, render, region, side):
+    """Render a rectangle of the size of one sub-render, from the region's corner on."""
+    size = -(-np.array(region.size) // side)
+    # In the middle of pixels, as Blender rounds down.
+    lower = np.add(region.corner, 0.5) / region.frame
+    upper = (np.add(region.corner, size) + 0.5) / region.frame
+    written.set(
+        render,
+        use_border=True,
+        border_min_x=lower[0],
+        border_min_y=lower[1],
+        border_max_x=min(upper[0], 1.0),
+        border_max_y=min(upper[1], 1.0),
+    )
+
+
+class _Progress:
+    """How far the sub-renders are, told to the user."""
+
+    def __init__(self, engine, count):
+        self.done = 0
+        self._engine = engine
+        self._count = count
+        self._told = self._loaded = time.monotonic()
+
+    def step(self):
+        """Another one is done."""
+        self.done += 1
+        now = time.monotonic()
+        self._engine.update_progress(self.done / self._count)
+        if self.done == 1:
+            self._loaded = now  # the first one also brings the scene into Cycles
+        elif now > self._told + 1.0:
+            self._told = now
+            left = (self._count - self.done) * (now - self._loaded) / (self.done - 1)
+            minutes, seconds = divmod(round(left), 60)
+            text = f"Sub-render {self.done} of {self._count}, about {minutes}:{seconds:02} left"
+            self._engine.update_stats("", text)

@@ -1,0 +1,251 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The sub-render driver: native Cycles' expectation, the moments that it blurs, and a scene left as it was."""
+
+import bpy
+import numpy as np
+import pytest
+
+import generator
+from addon import cell_plan, film, shared_sequence, subrender
+from addon.failure import Refused
+from tests import rendering
+from tests.addon import test_expectation as scenes
+from tests.addon.test_camera import build_scene as build_landscape
+from tests.addon.test_manners import snapshot
+
+SEEDS = range(24)
+
+
+@pytest.fixture(autouse=True)
+def _few_sub_renders(monkeypatch):
+    """Sixteen sub-renders make a picture: enough to test with, and quick."""
+    monkeypatch.setattr(cell_plan, "_DIFFERENT", 16)
+
+
+def use_sub_renders():
+    scene = bpy.context.scene
+    scene.spectral_tiles.driver = "SUBRENDER"
+    return scene
+
+
+def both(folder, samples=1, seeds=SEEDS):
+    """Stacks of our renders and of native ones."""
+    use_sub_renders()
+    ours = rendering.stack(folder, "SPECTRAL_TILES", seeds, samples)
+    return ours, rendering.stack(folder, "CYCLES", seeds, samples)
+
+
+@pytest.mark.parametrize(
+    "camera",
+    [
+        {"lens": 24.0, "clip_start": 6.0},
+        {"sensor_fit": "VERTICAL", "sensor_height": 30.0, "shift_x": 0.3, "shift_y": -0.2},
+        {"type": "ORTHO", "ortho_scale": 7.0, "shift_x": -0.25},
+    ],
+    ids=lambda camera: ",".join(camera),
+)
+def test_projection_and_passes(tmp_path, camera):
+    """Without anything random in the scene, every pass is native's."""
+    scene = build_landscape(37, 29, **camera)
+    scene.render.pixel_aspect_y = 1.4
+    scene.render.use_border, scene.render.use_crop_to_border = True, True
+    scene.render.border_min_x, scene.render.border_max_x = 0.11, 0.93
+    layer = bpy.context.view_layer
+    layer.use_pass_z = layer.use_pass_normal = layer.use_pass_position = layer.use_pass_object_index = True
+    use_sub_renders()
+    ours = rendering.render(tmp_path, "SPECTRAL_TILES")
+    native = rendering.render(tmp_path, "CYCLES")
+    assert ours.keys() == native.keys()
+    for name in ours:
+        wrong = np.abs(ours[name] - native[name]).max(axis=-1) > 3e-4 * (1 + np.abs(native[name]).max(axis=-1))
+        assert wrong.mean() <= 0.01, f"{name}: {wrong.mean():.1%} of the pixels differ"
+
+
+@pytest.mark.parametrize(
+    ("build", "samples"),
+    [
+        (scenes.glossy_two_lights_and_world, 1),
+        (scenes.moving_camera_with_open_lens, 3),
+        (scenes.non_uniform_shutter, 1),
+        (scenes.wheels, 1),
+    ],
+    ids=lambda value: getattr(value, "__name__", None),
+)
+def test_mean_over_seeds_is_native(tmp_path, build, samples):
+    build()
+    rendering.assert_same_expectation(*both(tmp_path, samples, range(8) if build is scenes.wheels else SEEDS))
+
+
+def test_bokeh(tmp_path):
+    """One point of light out of focus, at the distance of an object, draws the aperture."""
+    rendering.empty_scene(24, 24)
+    camera = rendering.add_camera((0, 0, 10), lens=50.0)
+    camera.data.dof.use_dof = True
+    camera.data.dof.focus_object = rendering.add(None, (1, 2, 6))
+    camera.data.dof.aperture_fstop = 0.02
+    camera.data.dof.aperture_blades = 5
+    camera.data.dof.aperture_rotation = 0.4
+    camera.data.dof.aperture_ratio = 1.6
+    rendering.add_plane(0.5, rendering.emission(strength=20.0))
+    ours, native = both(tmp_path, samples=16, seeds=range(8))
+    assert native[..., 0].max() > 0.1
+    rendering.assert_same_expectation(ours, native, block=2)
+
+
+def test_blackman_harris_filter(tmp_path):
+    """A filter wider than a pixel spreads an edge as native Cycles does."""
+    scene = rendering.empty_scene(16, 16)
+    scene.cycles.pixel_filter_type, scene.cycles.filter_width = "BLACKMAN_HARRIS", 1.8
+    rendering.add_camera(type="ORTHO", ortho_scale=16)
+    rendering.add_plane(7.3, rendering.emission())
+    rendering.assert_same_expectation(*both(tmp_path, samples=16, seeds=range(8)), block=1)
+
+
+def test_a_tile_of_the_users(tmp_path):
+    dims = ("t", "lens.u", "lens.v", "light.u", "light.v")
+    # A net in random order: its own mean is close to the true one.
+    values = np.random.default_rng(5).permutation(shared_sequence.values(dims, 256, seed=8)).reshape(16, 16, 1, 5)
+    path = tmp_path / "tile.npz"
+    generator.save_tile(generator.Tile(dims, values, {"method": "net", "seed": 8}), path)
+    scenes.moving_camera_with_open_lens()
+    settings = bpy.context.scene.spectral_tiles
+    settings.tile, settings.tile_path = "FILE", str(path)
+    plan = cell_plan.following(generator.load_tile(path), dims, 1, seed=3)
+    assert np.sort(plan.t, axis=None) == pytest.approx(np.sort(values[..., 0], axis=None), abs=1e-6)
+    assert len(np.unique(plan.offset)) == 256
+    rendering.assert_same_expectation(*both(tmp_path, seeds=range(6)))
+
+
+def test_animated_light_is_blurred(tmp_path):
+    """A lamp that flashes while the shutter is open lights by its mean; Cycles takes one moment's value."""
+    scene = rendering.empty_scene(8, 8)
+    rendering.add_camera(type="ORTHO", ortho_scale=1)
+    rendering.add_plane(10, rendering.diffuse())
+    lamp = rendering.add_light("SUN", 0, (0, 0, 3))
+    for frame, strength in ((1, 0.0), (1.5, 8.0), (2, 0.0)):
+        lamp.data.energy = strength
+        lamp.data.keyframe_insert("energy", frame=frame)
+    rendering.make_linear(lamp.data)
+    scene.frame_set(1)
+    scene.render.use_motion_blur = True
+    scene.render.motion_blur_shutter, scene.render.motion_blur_position = 1.0, "START"
+    ours, native = both(tmp_path, seeds=range(4))
+    lit = 0.8 / np.pi  # by a sun of strength 1
+    assert ours[..., 0].mean() == pytest.approx(4.0 * lit, rel=0.04)  # sixteen jittered times a seed: 0.9 %
+    assert ours[..., 0].max() > 7.0 * lit
+    assert native[..., 0].mean() == pytest.approx(8.0 * lit, rel=0.01)
+
+
+def moving_scene():
+    scenes.moving_camera_with_open_lens()
+    scene = use_sub_renders()
+    scene.render.engine = "SPECTRAL_TILES"
+    scene.frame_set(1, subframe=0.25)
+    return scene
+
+
+def test_a_render_changes_nothing():
+    moving_scene()
+    before = snapshot()
+    bpy.ops.render.render()
+    assert snapshot() == before
+
+
+class CancelledSoon:
+    """A render engine whose user presses Esc after a while."""
+
+    def __init__(self, engine, patience):
+        vars(self).update(engine=engine, patience=patience)
+
+    def test_break(self):
+        vars(self)["patience"] -= 1
+        return self.patience < 0
+
+    def __getattr__(self, name):
+        return getattr(self.engine, name)
+
+    def __setattr__(self, name, value):
+        setattr(self.engine, name, value)
+
+    def __delattr__(self, name):
+        delattr(self.engine, name)
+
+
+def test_a_cancelled_render_changes_nothing(tmp_path, monkeypatch):
+    """... and shows what was done until then."""
+    scene = moving_scene()
+    whole = rendering.beauty(rendering.render(tmp_path, "SPECTRAL_TILES"))
+    before, render = snapshot(), subrender.render
+    monkeypatch.setattr(subrender, "render", lambda engine, *job: render(CancelledSoon(engine, 4), *job))
+    part = rendering.beauty(rendering.render(tmp_path, "SPECTRAL_TILES"))
+    assert snapshot() == before
+    assert scene.frame_subframe == 0.25
+    done = part[..., 3] > 0
+    assert done.mean() == 4 / 16
+    assert np.array_equal(part[done], whole[done])
+
+
+def test_a_failing_render_changes_nothing(monkeypatch):
+    moving_scene()
+    before, read = snapshot(), []
+
+    def fail(engine, layer_name):
+        read.append(layer_name)
+        if len(read) == 3:
+            raise Refused("the camera is gone")
+        return film.read_passes(engine, layer_name)
+
+    monkeypatch.setattr(subrender.film, "read_passes", fail)
+    with pytest.raises(RuntimeError, match="the camera is gone"):
+        bpy.ops.render.render()
+    assert snapshot() == before
+
+
+def test_changed_settings_are_honoured(tmp_path):
+    """Persistent data must not keep the numbers or the camera of an earlier render."""
+    scenes.static_scene()
+    scene = use_sub_renders()
+    scene.render.use_persistent_data = True
+    first, again, other = (rendering.beauty(rendering.render(tmp_path, "SPECTRAL_TILES", 1, s)) for s in (0, 0, 1))
+    assert np.array_equal(first, again)
+    assert not np.array_equal(first, other)
+    scene.camera.data.lens = 30.0
+    zoomed = rendering.beauty(rendering.render(tmp_path, "SPECTRAL_TILES", 1, 0))
+    assert np.abs(zoomed - first).mean() > 0.01
+
+
+def cryptomatte_at_two_samples(scene):
+    scene.spectral_tiles.samples = 2
+    bpy.context.view_layer.use_pass_cryptomatte_object = True
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        (lambda scene: setattr(scene.spectral_tiles, "filter", "TENT"), "Filter"),
+        (lambda scene: setattr(scene.render, "use_multiview", True), "Stereoscopy"),
+        (lambda scene: setattr(scene.cycles, "rolling_shutter_type", "TOP"), "rolling shutter"),
+        (lambda scene: setattr(scene.camera.data, "type", "PANO"), "panoramic"),
+        (lambda scene: setattr(scene.camera.data, "type", "ORTHO"), "Orthographic"),
+        (lambda scene: setattr(bpy.context.view_layer, "use_pass_vector", True), "Vector pass"),
+        (cryptomatte_at_two_samples, "Cryptomatte"),
+    ],
+)
+def test_what_it_cannot_do_is_named(change, message):
+    change(moving_scene())
+    before = snapshot()
+    with pytest.raises(RuntimeError, match=message):
+        bpy.ops.render.render()
+    assert snapshot() == before
+
+
+def test_chosen_where_gather_cannot_run(tmp_path, extension, monkeypatch):
+    """Without Open Shading Language and OpenImageIO the automatic driver is this one."""
+    scenes.static_scene()
+    wanted = rendering.beauty(rendering.render(tmp_path, "SPECTRAL_TILES"))
+    use_sub_renders()
+    ours = rendering.beauty(rendering.render(tmp_path, "SPECTRAL_TILES"))
+    assert not np.array_equal(ours, wanted)
+    bpy.context.scene.spectral_tiles.driver = "AUTO"
+    monkeypatch.setattr(extension.engine.cycles, "with_osl", lambda: False)
+    assert np.array_equal(rendering.beauty(rendering.render(tmp_path, "SPECTRAL_TILES")), ours)
