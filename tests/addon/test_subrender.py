@@ -13,7 +13,7 @@ from tests.addon import test_expectation as scenes
 from tests.addon.test_camera import build_scene as build_landscape
 from tests.addon.test_manners import snapshot
 
-SEEDS = range(24)
+SEEDS = range(16)
 
 
 @pytest.fixture(autouse=True)
