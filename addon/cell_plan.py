@@ -9,8 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from . import automatic, shared_sequence
-from .arrangement import features, modes
+from . import automatic, modes, shared_sequence
 from .matching import match
 from .tile_plan import evenly_spread
 
@@ -68,12 +67,15 @@ def arranged(use, samples, seed):
     CellPlan
     """
     side = next((side for side in _SIDES if side * side * samples >= _DIFFERENT), _SIDES[-1])
-    groups = automatic.groups(use)
-    dims = sorted({name for group, _ in groups for name in group})
-    error_modes = modes([(tuple(map(dims.index, group)), share) for group, share in groups], _MODES)
     count = shared_sequence.length(side * side * samples)
-    values = shared_sequence.values(dims, count, seed)[: side * side * samples]
-    order = _placed(features(values.reshape(side * side, samples, len(dims)), error_modes), side)
+    groups = automatic.groups(use)
+    if not groups:
+        return _plan(np.arange(side * side).reshape(side, side), samples, seed, count)
+    dims = sorted({name for group, _ in groups for name in group})
+    values = shared_sequence.values(dims, count, seed)[: side * side * samples].reshape(side * side, samples, -1)
+    numbers = {name: (256.0 * values[..., column]).astype(np.uint8).T for column, name in enumerate(dims)}
+    error_modes = modes.strongest(modes.variances(groups), numbers, _MODES)
+    order = _placed(np.stack(list(modes.features(error_modes, numbers)), axis=-1), side)
     return _plan(order.reshape(side, side), samples, seed, count)
 
 
