@@ -44,6 +44,10 @@ def _low_pass(sigma):
 _FINE, _COARSE = (_low_pass(0.9), 2), (_low_pass(0.6), 1)
 
 
+def _low_pass_at(level):
+    return _COARSE if level else _FINE
+
+
 def _cost_table():
     """(24, 19): which of the 16 costs of (place, quarter) and 3 of pairings on the diagonals a permutation pays."""
     table = np.zeros((24, 19), np.float32)
@@ -59,7 +63,7 @@ _COST_TABLE = _cost_table()
 _FORBIDDEN = np.float32(1e9)
 
 
-def arrange(features, count, ranks, inside):
+def arrange(features, count, ranks, inside, before=None):
     """Choose the order of the quarters of every aligned block.
 
     Parameters
@@ -73,6 +77,8 @@ def arrange(features, count, ranks, inside):
         The samples' ranks in the sequence.
     inside : bool array, shape (height, width)
         Pixels that are rendered; blocks with others stay as they are.
+    before : iterable of float32 arrays, shape (height, width), optional
+        For each mode, features that stand at the pixels already, in earlier pictures; the error is that of them all.
 
     Returns
     -------
@@ -89,12 +95,13 @@ def arrange(features, count, ranks, inside):
         for field in fields:
             field[mode, ..., 1:-1, 1:-1] = _interleaved(means)
             means = sum(_quarters(means)) / np.float32(4)
+    backgrounds = [None] * _LEVELS if before is None else _backgrounds(before, count, height, width)
     order = np.arange(ranks.size >> 2 * _LEVELS - 2, dtype=np.int32).reshape(means.shape[0] * 2, -1)
     for level in reversed(range(_LEVELS)):
         node_ranks = ranks[:: 1 << level, :: 1 << level] >> np.uint32(2 * level)
         side = 2 << level
         whole = inside.reshape(height // side, side, -1, side).all(axis=(1, 3))
-        order = _rearranged(order, fields[level], node_ranks, whole, *(_COARSE if level else _FINE))
+        order = _rearranged(order, fields[level], backgrounds[level], node_ranks, whole, *_low_pass_at(level))
         if level:
             order = _children(order)
     return order
@@ -124,7 +131,19 @@ def _interleaved(grid):
     return np.ascontiguousarray(grid.reshape(height // 4, 4, width // 4, 4).transpose(1, 3, 0, 2))
 
 
-def _rearranged(order, field, ranks, whole, low_pass, sweeps):
+def _backgrounds(before, count, height, width):
+    """What the low-pass sees of earlier pictures: per level (count, 4, 4, height, width), interleaved."""
+    backgrounds = [
+        np.empty((count, 4, 4, height // (4 << level), width // (4 << level)), np.float32) for level in range(_LEVELS)
+    ]
+    for mode, means in enumerate(before):
+        for level, background in enumerate(backgrounds):
+            background[mode] = _interleaved(_blurred(means, _low_pass_at(level)[0]))
+            means = sum(_quarters(means)) / np.float32(4)
+    return backgrounds
+
+
+def _rearranged(order, field, background, ranks, whole, low_pass, sweeps):
     """Permute the blocks of 2 x 2 nodes.
 
     Parameters
@@ -133,6 +152,8 @@ def _rearranged(order, field, ranks, whole, low_pass, sweeps):
         Which node stands where.
     field : float32 array, shape (modes, 4, 4, 2 + height / 4, 2 + width / 4)
         Features of the nodes in Cycles' own order, interleaved; left in an undefined state.
+    background : float32 array, shape (modes, 4, 4, height / 4, width / 4), or None
+        Of `_backgrounds`.
     ranks : uint32 array, shape (height, width)
         Of the nodes, in Cycles' own order.
     whole : bool array, shape (height / 2, width / 2)
@@ -157,7 +178,7 @@ def _rearranged(order, field, ranks, whole, low_pass, sweeps):
     # Every second block each way: those in between stay put, so that what one decides on is still true.
     for _, y, x in itertools.product(range(sweeps), (0, 2), (0, 2)):
         block = slice(y, y + 2), slice(x, x + 2)
-        chosen = _PERMUTATIONS.T[:, _best(field, block, ranks[block], low_pass)]
+        chosen = _PERMUTATIONS.T[:, _best(field, background, block, ranks[block], low_pass)]
         chosen[:, ~whole[y // 2 :: 2, x // 2 :: 2]] = np.arange(4)[:, None]
         source = chosen * (height * width) + np.arange(height * width).reshape(height, width)
         for grid in (order, ranks, *inner):
@@ -165,15 +186,18 @@ def _rearranged(order, field, ranks, whole, low_pass, sweeps):
     return order.transpose(2, 0, 3, 1).reshape(4 * height, 4 * width)
 
 
-def _best(field, block, ranks, low_pass):
+def _best(field, background, block, ranks, low_pass):
     """Number of the permutation of each block with the smallest error, (height, width)."""
     height, width = ranks.shape[2:]
     costs = np.zeros((19, height, width), np.float32)
     of_place, of_pairing = costs[:16].reshape(4, 4, height, width), costs[16:]
     product = np.empty((4, height, width), np.float32)
-    for plane in field:
+    for mode, plane in enumerate(field):
         own = plane[..., 1:-1, 1:-1][block].reshape(4, height, width)
-        for cost, seen in zip(of_place, _seen_around(plane, block, low_pass), strict=True):
+        around = _seen_around(plane, block, low_pass)
+        if background is not None:
+            around += background[mode][block].reshape(around.shape)
+        for cost, seen in zip(of_place, around, strict=True):
             cost += np.multiply(own, seen, out=product)
         for cost, pairing in zip(of_pairing, _PAIRINGS, strict=True):
             for a, b in pairing:
@@ -201,6 +225,16 @@ def _seen_around(plane, block, low_pass):
         _blur([columns[:, x % 4, :, 1 + x // 4 : 1 + x // 4 + width] for x in near], low_pass, out)
     inner[block] = own
     return seen.reshape(4, height, width)
+
+
+def _blurred(plane, low_pass):
+    """The low-pass of a whole plane, with nothing around it."""
+    height, width = plane.shape
+    padded = np.pad(plane, 2)
+    columns, seen = np.empty((height, width + 4), np.float32), np.empty((height, width), np.float32)
+    _blur([padded[y : y + height] for y in range(5)], low_pass, columns)
+    _blur([columns[:, x : x + width] for x in range(5)], low_pass, seen)
+    return seen
 
 
 def _indices(part):

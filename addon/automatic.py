@@ -7,6 +7,7 @@ import numpy as np
 
 from . import cycles_random, modes
 from .arrangement import ALIGNMENT, arrange
+from .film import scatter
 from .plan import Plan, memory
 
 # Blocks of the sequence are arranged within windows of this many pixels a side, a multiple of `ALIGNMENT`.  Windows
@@ -15,6 +16,10 @@ _WINDOW, _SPREAD = 384, 7
 
 # Modes of the error that are weighed, and pixels that tell which these are.
 _MODES, _TRIAL = 16, 4096
+
+# Frames of an animation are arranged in groups of this many that complement each other, each knowing those before it;
+# the weight is what the group's mean counts beside the frame's own picture.
+_GROUP, WEIGHT = 4, 0.5
 
 # A region of more pixels than this has samples enough to be moved about for every seed and frame: its plan is made
 # once.  A smaller one is cheap to arrange, and would show the same few samples again and again.
@@ -53,7 +58,26 @@ def groups(use):
     return chosen
 
 
-def make(use, region, samples, seed):
+def place_in_group(seed, frame):
+    """Which group of frames a frame belongs to.
+
+    Parameters
+    ----------
+    seed : int
+    frame : int or None
+        None for a pattern that does not change with the frame.
+
+    Returns
+    -------
+    group, first_seed, place : int
+        The group's number, the Cycles seed of its first frame, and how many frames of it come before this one; each
+        frame's Cycles seed is one more than that before it.
+    """
+    group, place = (0, 0) if frame is None else divmod(frame - 1, _GROUP)
+    return group, (seed + _GROUP * group) % (2**31 - _GROUP), place
+
+
+def make(use, region, samples, seed, frame=None):
     """Plan for a frame; remembered, so that other frames and seeds of a large region cost nothing.
 
     Parameters
@@ -64,23 +88,28 @@ def make(use, region, samples, seed):
         Samples a pixel, all in one Cycles render.
     seed : int
         Another seed gives another, equally good plan.
+    frame : int, optional
+        Of an animation whose pattern changes from frame to frame.
 
     Returns
     -------
     plan.Plan
     """
     chosen = tuple(groups(use))
+    group, first_seed, place = place_in_group(seed, frame)
 
-    def remembered(cycles_seed):
-        key = (chosen, region, samples, cycles_seed)
-        return memory.get(key, lambda: _arrange(*key))
+    def remembered(first, place):
+        key = (chosen, region, samples, first, place)
+        return memory.get(key, lambda: _arrange(*key[:3], first + place, [remembered(first, i) for i in range(place)]))
 
     if region.pixels <= _LARGE:
-        return remembered(seed)
-    return remembered(0).moved(*np.random.default_rng(seed).integers(0, region.size))
+        return remembered(first_seed, place)
+    shift = np.random.default_rng((seed, group % 2**32)).integers(0, region.size)
+    return remembered(0, place).moved(*shift)
 
 
-def _arrange(chosen, region, samples, seed):
+def _arrange(chosen, region, samples, seed, earlier):
+    """Plan that complements the plans of earlier frames of its group."""
     width = region.size[0]
     film = np.arange(region.pixels, dtype=np.int32)
     if not chosen:
@@ -94,15 +123,27 @@ def _arrange(chosen, region, samples, seed):
     candidates = modes.variances(chosen)
     error_modes = modes.strongest(candidates, numbers(np.arange(_TRIAL, dtype=np.uint32)), _MODES)
 
+    def before(x, y, inside):
+        seen = []
+        for plan, source in zip(earlier, sources, strict=True):
+            ranks = cycles_random.pixel_ranks(x, y, plan.seed)
+            row, column = np.divmod(source[((y - region.corner[1]) * width + (x - region.corner[0]))[inside]], width)
+            ranks[inside] = cycles_random.pixel_ranks(column + region.corner[0], row + region.corner[1], plan.seed)
+            seen.append(modes.features(error_modes, numbers(ranks)))
+        return (np.float32(WEIGHT) * sum(planes) for planes in zip(*seen, strict=True))
+
     def fill(window):
         y, x = (_aligned(part, start) for part, start in zip(window, region.corner[::-1], strict=True))
         y, x = y[:, None], x[None, :]
         ranks = cycles_random.pixel_ranks(x, y, seed)
         inside = region.holds(x, y)
-        order = arrange(modes.features(error_modes, numbers(ranks)), len(error_modes), ranks, inside)
+        here = modes.features(error_modes, numbers(ranks))
+        order = arrange(here, len(error_modes), ranks, inside, before(x, y, inside) if earlier else None)
         place = (y - region.corner[1]) * width + (x - region.corner[0])
         film[place.ravel()[order[inside]]] = place[inside]
 
+    # Which render pixel serves each film pixel.
+    sources = [scatter(np.arange(region.pixels), plan.film) for plan in earlier]
     windows = region.windows(_WINDOW)
     with concurrent.futures.ThreadPoolExecutor(max(1, len(windows) // _SPREAD)) as threads:
         list(threads.map(fill, windows))

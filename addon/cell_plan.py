@@ -51,7 +51,7 @@ class CellPlan:
         return len(self.offset)
 
 
-def arranged(use, samples, seed):
+def arranged(use, samples, seed, frame=None):
     """Plan in which neighbouring cells complement each other in what the frame uses.
 
     Parameters
@@ -61,6 +61,8 @@ def arranged(use, samples, seed):
         Samples a pixel.
     seed : int
         Another seed gives another, equally good plan.
+    frame : int, optional
+        Of an animation whose pattern changes from frame to frame.
 
     Returns
     -------
@@ -69,14 +71,19 @@ def arranged(use, samples, seed):
     side = next((side for side in _SIDES if side * side * samples >= _DIFFERENT), _SIDES[-1])
     count = shared_sequence.length(side * side * samples)
     groups = automatic.groups(use)
-    if not groups:
-        return _plan(np.arange(side * side).reshape(side, side), samples, seed, count)
     dims = sorted({name for group, _ in groups for name in group})
-    values = shared_sequence.values(dims, count, seed)[: side * side * samples].reshape(side * side, samples, -1)
-    numbers = {name: (256.0 * values[..., column]).astype(np.uint8).T for column, name in enumerate(dims)}
-    error_modes = modes.strongest(modes.variances(groups), numbers, _MODES)
-    order = _placed(np.stack(list(modes.features(error_modes, numbers)), axis=-1), side)
-    return _plan(order.reshape(side, side), samples, seed, count)
+    _, first_seed, place = automatic.place_in_group(seed, frame)
+    order, error_modes, before = np.arange(side * side), None, 0.0
+    for cycles_seed in range(first_seed, first_seed + place + 1):
+        if groups:
+            values = shared_sequence.values(dims, count, cycles_seed)[: side * side * samples]
+            values = (256.0 * values).astype(np.uint8).reshape(side * side, samples, len(dims))
+            numbers = {name: values[..., column].T for column, name in enumerate(dims)}
+            error_modes = error_modes or modes.strongest(modes.variances(groups), numbers, _MODES)
+            features = np.stack(list(modes.features(error_modes, numbers)), axis=-1)
+            order = _placed(features, side, before)
+            before = before + automatic.WEIGHT * features[order]
+    return _plan(order.reshape(side, side), samples, cycles_seed, count)
 
 
 def following(tile, dims, samples, seed):
@@ -122,7 +129,7 @@ def _plan(order, samples, seed, count):
     return CellPlan(seed, count, offset, numbers[..., 0].copy(), numbers[..., 1:3].copy(), numbers[..., 3:].copy())
 
 
-def _placed(error_features, side):
+def _placed(error_features, side, before):
     """Which block of points each cell gets: swaps, while they lower the visible error.
 
     The error is that of `addon.arrangement`, on a torus.  It starts from Cycles' own order, a Z-curve.
@@ -132,6 +139,8 @@ def _placed(error_features, side):
     error_features : float32 array, shape (side * side, modes)
         Of the blocks, in the order of the sequence.
     side : int
+    before : float32 array, shape (side * side, modes), or 0
+        Features of the cells in earlier pictures; the error is that of them all.
 
     Returns
     -------
@@ -147,7 +156,7 @@ def _placed(error_features, side):
     # The autocorrelation of a Gaussian of one pixel.
     seen = np.exp(-(squared(y) + squared(x)) / 4.0)
     placed = error_features[order]
-    field = seen @ placed
+    field = seen @ (placed + before)
     improved = True
     while improved:
         improved = False

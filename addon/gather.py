@@ -130,7 +130,8 @@ def prepare(engine, depsgraph):
     seed = settings.seed + (scene.frame_current if scene.cycles.use_animated_seed else 0)
     tile = library.tile(settings, scene.library)
     if tile is None:
-        sample_plan = automatic.make(use, region, settings.samples, seed)
+        frame = scene.frame_current if scene.cycles.use_animated_seed else None
+        sample_plan = automatic.make(use, region, settings.samples, settings.seed, frame)
     else:
         dims = tuple(name for name in use.dims if name in tile.dims)
         sample_plan = tile_plan.make(tile, dims, region, settings.samples, seed)

@@ -15,7 +15,7 @@ from . import openimageio
 from .failure import Refused
 
 # Plans kept for the next frames and renders of this process: 4 to 12 bytes a pixel each.
-_REMEMBERED = 4
+_REMEMBERED = 8
 
 
 @dataclass(frozen=True)

@@ -166,7 +166,8 @@ def prepare(engine, data, depsgraph):
     seed = settings.seed + (scene.frame_current if scene.cycles.use_animated_seed else 0)
     tile = library.tile(settings, scene.library)
     if tile is None:
-        plan = cell_plan.arranged(use, settings.samples, seed)
+        frame = scene.frame_current if scene.cycles.use_animated_seed else None
+        plan = cell_plan.arranged(use, settings.samples, settings.seed, frame)
     else:
         dims = tuple(name for name in use.dims if name in tile.dims)
         plan = cell_plan.following(tile, dims, settings.samples, seed)
