@@ -6,7 +6,7 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 
-from bench import demo, errors, paper, quality, report, timing
+from bench import demo, errors, frames, paper, quality, report, timing
 from bench.jobs import AUTOMATIC, RenderFailed, Settings
 from bench.reference import QUICK_SAMPLES, SAMPLES
 from bench.scene_files import scene_file
@@ -47,6 +47,11 @@ def _quality(options: argparse.Namespace) -> str:
     samples, seeds = ((1,), 2) if options.quick else (options.samples, options.seeds)
     scenes = [scene_file(name) for name in options.scenes]
     return quality.report(scenes, settings, samples, range(seeds), _reference_samples(options), options.native_only)
+
+
+def _frames(options: argparse.Namespace) -> str:
+    settings = Settings(samples=options.samples, size=(256, 256) if options.quick else (512, 512), still=True)
+    return frames.report([scene_file(name) for name in options.scenes], settings, _reference_samples(options))
 
 
 def _demo(options: argparse.Namespace) -> str:
@@ -129,6 +134,11 @@ def _parser() -> argparse.ArgumentParser:
     times.add_argument("--scenes", nargs="+", default=TIMED, metavar="SCENE", help="names or .blend files")
     times.add_argument("--pairs", type=int, default=5, help="pairs of timed processes")
     times.set_defaults(run=lambda options: _times(options, options.scenes, options.pairs))
+
+    animation = commands.add_parser("frames", parents=[quick], help="error of the mean of frames of still scenes")
+    animation.add_argument("--scenes", nargs="+", default=QUALITY, metavar="SCENE", help="names or .blend files")
+    animation.add_argument("--samples", type=int, default=1, help="samples a pixel of each frame")
+    animation.set_defaults(run=_frames)
 
     pictures = commands.add_parser("demo", help="render one scene both ways, as pictures")
     pictures.add_argument("--out", type=Path, required=True, metavar="DIR", help="folder of the pictures")

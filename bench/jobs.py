@@ -45,6 +45,8 @@ class Settings:
         anywhere in the pixel's filter.
     adaptive, denoise : bool
         Cycles' adaptive sampling (``samples`` is then the largest number), and its denoiser.
+    still : bool
+        Whether the scene is brought to rest, and what counts as seeds elsewhere are the frames of its animation.
     """
 
     engine: str = AUTOMATIC
@@ -55,6 +57,7 @@ class Settings:
     first_sample: int = 0
     adaptive: bool = False
     denoise: bool = False
+    still: bool = False
 
 
 class RenderFailed(RuntimeError):
@@ -143,7 +146,7 @@ def _image_path(scene: SceneFile, settings: Settings, seed: int) -> Path:
     if settings.first_sample:
         parts.append(f"from_{settings.first_sample}")
     parts += [name for name in ("adaptive", "denoise") if getattr(settings, name)]
-    name = "-".join((*parts, f"seed_{seed}.npy"))
+    name = "-".join((*parts, f"{'frame' if settings.still else 'seed'}_{seed}.npy"))
     return CACHE / "images" / blender_version() / f"{scene.name}-{scene.key}" / name
 
 

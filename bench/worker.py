@@ -81,7 +81,9 @@ def prepare(scene: bpy.types.Scene, settings: dict) -> None:
     cycles.use_sample_subset = settings["first_sample"] > 0
     cycles.sample_offset = settings["first_sample"]
     cycles.sample_subset_length = settings["samples"]
-    cycles.use_animated_seed = False
+    cycles.use_animated_seed = settings["still"]
+    if settings["still"]:
+        bring_to_rest(scene)
     if settings["bounces"] is not None:
         cycles.max_bounces = settings["bounces"]
     _use_engine(scene, settings["engine"], settings["samples"], settings["tile"])
@@ -102,9 +104,20 @@ def _use_engine(scene: bpy.types.Scene, engine: str, samples: int, tile: str) ->
         scene.cycles.sampling_pattern = engine
 
 
+def bring_to_rest(scene: bpy.types.Scene) -> None:
+    """Stop all objects where they are now."""
+    scene.render.use_motion_blur = False
+    for thing in scene.objects:
+        thing.animation_data_clear()
+        if thing.data is not None:
+            thing.data.animation_data_clear()
+
+
 def set_seed(scene: bpy.types.Scene, seed: int) -> None:
-    """Seed whichever engine renders."""
-    if scene.render.engine == TILES:
+    """Seed whichever engine renders; with an animated seed it goes by the frame."""
+    if scene.cycles.use_animated_seed:
+        scene.frame_set(seed)
+    elif scene.render.engine == TILES:
         scene.spectral_tiles.seed = seed
     else:
         scene.cycles.seed = seed
