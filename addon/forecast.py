@@ -3,7 +3,7 @@
 
 import bpy
 
-from . import analysis, gather
+from . import analysis, driver, gather, subrender
 from .failure import Refused
 
 # Emitters of each view layer, by its depsgraph.  Counting them takes milliseconds in a scene of thousands of objects,
@@ -52,7 +52,7 @@ def sentence(use):
 def refusals(scene, layer):
     """Why this view layer will not be rendered: one message a reason, none if it will be."""
     messages = []
-    for check in gather.CHECKS:
+    for check in (subrender if driver.is_subrender(scene) else gather).CHECKS:
         try:
             check(scene, layer)
         except Refused as refused:

@@ -133,12 +133,16 @@ def _check_filter(scene, layer):
         raise Refused("Sub-renders know Cycles' filters only; set Filter to As Cycles, or Driver to Gather")
 
 
-# Each raises `Refused` if a scene's view layer cannot be rendered this way.
-CHECKS = (_check_camera, _check_passes, _check_filter)
+def _check_tile(scene, layer):
+    library.tile(scene.spectral_tiles, scene.library)
+
+
+# Each raises `Refused` if a scene's view layer cannot be rendered this way.  The panel asks them all beforehand.
+CHECKS = (_check_camera, _check_passes, _check_filter, _check_tile)
 
 
 def prepare(engine, data, depsgraph):
-    """Plan the sub-renders.
+    """Plan the sub-renders, and give the engine a fresh Cycles session for them.
 
     Parameters
     ----------
@@ -182,6 +186,9 @@ def prepare(engine, data, depsgraph):
     # As in Cycles, the first sample is in the middle.
     offsets[:, :, 0] = 0.0
     drift[0] = 0.0
+    # A session that rendered before would keep settings that have changed since.
+    cycles.free(engine)
+    cycles.create(engine, data)
     return Job(
         data=data,
         region=Region.of_render(scene.render),
@@ -200,9 +207,6 @@ def prepare(engine, data, depsgraph):
 
 def render(engine, depsgraph, job):
     """Run all sub-renders and put their pixels where they belong."""
-    # A session that rendered before would keep settings that have changed since.
-    cycles.free(engine)
-    cycles.create(engine, job.data)
     written = _Overwritten()
     progress = _Progress(engine, job.plan.side**2 * len(job.subset))
     mean = {}

@@ -13,7 +13,7 @@ from tests.addon import test_expectation as scenes
 from tests.addon.test_camera import build_scene as build_landscape
 from tests.addon.test_manners import snapshot
 
-SEEDS = range(16)
+SEEDS = range(20)
 
 
 @pytest.fixture(autouse=True)
@@ -73,7 +73,7 @@ def test_projection_and_passes(tmp_path, camera):
 )
 def test_mean_over_seeds_is_native(tmp_path, build, samples):
     build()
-    rendering.assert_same_expectation(*both(tmp_path, samples, range(8) if build is scenes.wheels else SEEDS))
+    rendering.assert_same_expectation(*both(tmp_path, samples))
 
 
 def test_bokeh(tmp_path):
