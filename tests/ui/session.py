@@ -1,21 +1,20 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """What an artist does, done in a Blender window; run by `tests/ui/test_window.py`, never imported.
 
-Blender runs this file with the folder to work in.  Each step notes what it saw in `facts.json` there and takes a
-screenshot; judging them is up to the tests.
+Each step notes what it saw in `facts.json` in the current folder and takes a screenshot; judging them is up to the
+tests.
 """
 
 import importlib
 import json
 import os
 import subprocess
-import sys
 import time
 import traceback
 
 import bpy
 
-FOLDER = sys.argv[-1]
+FOLDER = os.getcwd()
 FACTS = {}
 
 # By its name xdotool would press F12 together with Alt, which the display's keymap has too; this is its code.

@@ -24,16 +24,26 @@ FRAMES = ("frame_0001.png", "frame_0002.png", "frame_0003.png")
 
 
 @pytest.fixture(scope="module")
-def results(tmp_path_factory):
-    """Folder with everything that the session left."""
-    root = os.environ.get("SPECTRAL_TILES_WINDOW_ROOT")
-    if not root:
+def root():
+    named = os.environ.get("SPECTRAL_TILES_WINDOW_ROOT")
+    if not named:
         pytest.skip("no Blender window: SPECTRAL_TILES_WINDOW_ROOT names no folder for it")
-    why_not = window.make_root(Path(root))
+    why_not = window.make_root(Path(named))
     if why_not:
         pytest.skip(f"no Blender window: {why_not}")
+    return Path(named)
+
+
+@pytest.fixture(scope="module")
+def archive(tmp_path_factory):
+    return build(tmp_path_factory.mktemp("dist"))
+
+
+@pytest.fixture(scope="module")
+def results(root, archive, tmp_path_factory):
+    """Folder with everything that the session left."""
     folder = tmp_path_factory.mktemp("window")
-    window.run(Path(root), build(tmp_path_factory.mktemp("dist")), folder)
+    window.run_session(root, archive, folder)
     if shots := os.environ.get("SPECTRAL_TILES_WINDOW_SHOTS"):
         shutil.copytree(folder, shots, dirs_exist_ok=True)
     return folder
@@ -78,8 +88,8 @@ def test_pictures_of_the_tile_are_drawn(results, facts):
     """The spectrum's black middle is in the panel when a tile is chosen, and only then."""
     assert 0 not in facts["icons"]
     black = {name: (picture(results / f"panel_{name}.png").max(axis=-1) < 0.02).sum() for name in ("automatic", "tile")}
-    # It is a disc of some 70 pixels across.
-    assert black["tile"] > black["automatic"] + 2000
+    # It is a disc of some 50 pixels across.
+    assert black["tile"] > black["automatic"] + 1000
 
 
 def test_undo(facts):
@@ -135,3 +145,45 @@ def test_comparison_fills_its_slots(results, facts, renders):
 
 def test_off_and_on_twenty_times(facts):
     assert facts["engine_afterwards"] == "SPECTRAL_TILES" and facts["samples_afterwards"] >= 1
+
+
+MAKE_FILE = """
+import bpy
+scene = bpy.context.scene
+scene.render.resolution_x = scene.render.resolution_y = 32
+scene.render.filepath = "//picture_"
+bpy.ops.wm.save_as_mainfile(filepath="good.blend")
+scene.camera.data.type = "CUSTOM"
+bpy.ops.wm.save_as_mainfile(filepath="custom_camera.blend")
+"""
+
+
+@pytest.fixture(scope="module")
+def home(root, archive):
+    """A profile with the extension, and files to render."""
+    with window.home(root) as folder:
+        shutil.copy(archive, folder / "spectral_tiles.zip")
+        (folder / "make.py").write_text(MAKE_FILE)
+        install = ["--command", "extension", "install-file", "-r", "user_default", "-e", "spectral_tiles.zip"]
+        for arguments in (["--factory-startup", "-P", "make.py"], install):
+            done = window.run(root, folder, "blender", "-b", *arguments)
+            assert done.returncode == 0, done.stdout
+        yield folder
+
+
+@pytest.mark.parametrize("frames", [["-f", "1"], ["-s", "1", "-e", "3", "-a"]], ids=" ".join)
+def test_refused_on_the_command_line(root, home, frames):
+    """Exit code 1, one line that says why, no picture, and the file as it was."""
+    file = home / "custom_camera.blend"
+    before = file.read_bytes()
+    done = window.run(root, home, "blender", "-b", file.name, "-E", "SPECTRAL_TILES", *frames)
+    assert done.returncode == 1
+    assert len([line for line in done.stdout.splitlines() if "ERROR" in line]) == 1, done.stdout
+    assert not list(home.glob("picture_*"))
+    assert file.read_bytes() == before
+
+
+def test_rendered_on_the_command_line(root, home, renders):
+    done = window.run(root, home, "blender", "-b", "good.blend", "-E", "SPECTRAL_TILES", "-f", "1")
+    assert done.returncode == 0 and "ERROR" not in done.stdout, done.stdout
+    assert picture(home / "picture_0001.png").shape == (32, 32, 3)

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Blender in a window of a virtual display, inside the root that `make_root` makes."""
+"""Debian's Blender, inside the root that `make_root` makes: in a window of a virtual display, or without one."""
 
+import contextlib
 import shutil
 import subprocess
 import tempfile
@@ -18,8 +19,29 @@ def make_root(root):
     return None if done.returncode == 0 else (done.stdout + done.stderr).strip() or f"see {root}.log"
 
 
-def run(root, archive, results):
-    """Let Blender go through the session.
+@contextlib.contextmanager
+def home(root):
+    """A folder inside the root for one profile of Blender: as a path here, removed in the end."""
+    with tempfile.TemporaryDirectory(dir=root / "tmp", prefix="spectral_tiles_") as folder:
+        yield Path(folder)
+
+
+def run(root, home, *command, limit=_LIMIT):
+    """Run a command inside the root, where `home` is "~" and the current folder.
+
+    Returns
+    -------
+    subprocess.CompletedProcess
+        With the output as text, both streams in one.
+    """
+    inside = "/" + str(home.relative_to(root))
+    variables = [f"HOME={inside}", f"TMPDIR={inside}", "PATH=/usr/bin:/bin", "LIBGL_ALWAYS_SOFTWARE=1"]
+    enter = ["chroot", str(root), "env", "-C", inside, "-i", *variables, "timeout", str(limit)]
+    return subprocess.run([*enter, *command], stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
+
+
+def run_session(root, archive, results):
+    """Let Blender go through `session.py`, in a window.
 
     Parameters
     ----------
@@ -30,16 +52,12 @@ def run(root, archive, results):
     results : Path
         Folder for `facts.json`, screenshots, pictures and Blender's output, `log.txt`.
     """
-    with tempfile.TemporaryDirectory(dir=root / "tmp", prefix="spectral_tiles_") as inside:
-        shutil.copy(archive, Path(inside, "spectral_tiles.zip"))
-        shutil.copy(HERE / "session.py", inside)
-        seen = "/" + str(Path(inside).relative_to(root))
-        variables = [f"HOME={seen}", f"TMPDIR={seen}", "PATH=/usr/bin:/bin", "LIBGL_ALWAYS_SOFTWARE=1"]
-        display = ["timeout", str(_LIMIT), "xvfb-run", "-a", "-s", "-screen 0 1280x900x24"]
-        blender = ["blender", "--factory-startup", "--gpu-backend", "opengl", "-P", f"{seen}/session.py", "--", seen]
-        with open(results / "log.txt", "w", encoding="utf-8") as log:
-            command = ["chroot", str(root), "env", "-i", *variables, *display, *blender]
-            subprocess.run(command, stdout=log, stderr=subprocess.STDOUT)
-        for made in Path(inside).iterdir():
+    with home(root) as folder:
+        shutil.copy(archive, folder / "spectral_tiles.zip")
+        shutil.copy(HERE / "session.py", folder)
+        display = ["xvfb-run", "-a", "-s", "-screen 0 1280x900x24"]
+        blender = ["blender", "--factory-startup", "--gpu-backend", "opengl", "-P", "session.py"]
+        (results / "log.txt").write_text(run(root, folder, *display, *blender).stdout)
+        for made in folder.iterdir():
             if made.suffix in {".exr", ".json", ".png"}:
                 shutil.copy(made, results)
