@@ -34,6 +34,17 @@ def wanted(scene, layer):
     return scene.cycles.use_denoising and layer.cycles.use_denoising
 
 
+def check(scene, layer):
+    """Raise `Refused` if denoising is wanted and this build of Blender lacks what it needs."""
+    if wanted(scene, layer):
+        try:
+            openimageio.load()
+        except Refused as refused:
+            raise Refused(
+                "This build of Blender has no OpenImageIO module, which denoising needs; switch Denoise off"
+            ) from refused
+
+
 def add_passes(engine, layer):
     """Add the guiding passes to a view layer's result."""
     engine.add_pass(_ALBEDO, 3, "RGB", layer=layer.name)

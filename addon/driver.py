@@ -26,13 +26,18 @@ def check_device(scene):
         )
 
 
+def why_not_gather(scene):
+    """Why the GATHER driver cannot run in this build of Blender and on the scene's device; None if it can."""
+    try:
+        check_build()
+        check_device(scene)
+    except Refused as refused:
+        return str(refused)
+    return None
+
+
 def is_subrender(scene):
     """Whether the scene chose sub-renders, or leaves the choice to us and nothing else runs here."""
     if scene.spectral_tiles.driver != "AUTO":
         return scene.spectral_tiles.driver == "SUBRENDER"
-    try:
-        check_build()
-        check_device(scene)
-    except Refused:
-        return True
-    return False
+    return why_not_gather(scene) is not None

@@ -49,6 +49,16 @@ def sentence(use):
     return text[0].upper() + text[1:]
 
 
+def render_calls(scene):
+    """How Cycles will be called for a frame, and why if it is not the usual way."""
+    if not driver.is_subrender(scene):
+        return "One Cycles render, its pixels put in order afterwards"
+    calls = "Many small Cycles renders, one for each cell of the tile and sample"
+    if scene.spectral_tiles.driver == "AUTO":
+        return f"{calls}. {driver.why_not_gather(scene)}"
+    return calls
+
+
 def refusals(scene, layer):
     """Why this view layer will not be rendered: one message a reason, none if it will be."""
     messages = []

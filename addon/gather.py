@@ -94,12 +94,8 @@ def _check_subset(scene, layer):
         raise Refused("Samples of a subset cannot be filtered; set Filter to As Cycles, or switch the subset off")
 
 
-def _check_tile(scene, layer):
-    library.tile(scene.spectral_tiles, scene.library)
-
-
 # Each raises `Refused` if a scene's view layer cannot be rendered this way.  The panel asks them all beforehand.
-CHECKS = (_check_build, _check_device, _check_camera, _check_passes, _check_subset, _check_tile)
+CHECKS = (_check_build, _check_device, _check_camera, _check_passes, _check_subset, library.check, denoising.check)
 
 
 def prepare(engine, depsgraph):

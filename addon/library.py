@@ -73,6 +73,11 @@ def tile(settings, library=None):
         raise Refused(f"Cannot use the tile {path}: {error}") from error
 
 
+def check(scene, layer):
+    """Raise `Refused` if the scene's tile cannot be used."""
+    tile(scene.spectral_tiles, scene.library)
+
+
 @functools.lru_cache(maxsize=4)
 def _load(path, _modified):
     return generator.load_tile(path)

@@ -133,12 +133,8 @@ def _check_filter(scene, layer):
         raise Refused("Sub-renders know Cycles' filters only; set Filter to As Cycles, or Driver to Gather")
 
 
-def _check_tile(scene, layer):
-    library.tile(scene.spectral_tiles, scene.library)
-
-
 # Each raises `Refused` if a scene's view layer cannot be rendered this way.  The panel asks them all beforehand.
-CHECKS = (_check_camera, _check_passes, _check_filter, _check_tile)
+CHECKS = (_check_camera, _check_passes, _check_filter, library.check, denoising.check)
 
 
 def prepare(engine, data, depsgraph):

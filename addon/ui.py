@@ -105,7 +105,7 @@ def _draw_forecast(layout, context):
     for message in refusals:
         _say(column, context, message, "ERROR")
     if not refusals:
-        _say(column, context, "One Cycles render, its pixels put in order afterwards", "RENDER_STILL")
+        _say(column, context, forecast.render_calls(scene), "RENDER_STILL")
     for message in gather.ignored(scene):
         _say(column, context, message, "INFO")
 

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import generator
-from addon import analysis, forecast, gather, library, tile_making, tile_picture
+from addon import analysis, driver, forecast, gather, library, tile_making, tile_picture
 from tests import rendering
 
 
@@ -66,6 +66,17 @@ def test_forecast_tells_every_refusal():
     with pytest.raises(RuntimeError) as refused:
         bpy.ops.render.render()
     assert told[0] in str(refused.value)
+
+
+def test_forecast_tells_the_driver_and_why(monkeypatch):
+    scene = build_scene()
+    assert "One Cycles render" in forecast.render_calls(scene)
+    scene.spectral_tiles.driver = "SUBRENDER"
+    assert "small Cycles renders" in forecast.render_calls(scene)
+    scene.spectral_tiles.driver = "AUTO"
+    monkeypatch.setattr(driver.cycles, "with_osl", lambda: False)
+    assert "no Open Shading Language" in forecast.render_calls(scene)
+    assert forecast.refusals(scene, bpy.context.view_layer) == []
 
 
 def test_ignored_settings_are_told():

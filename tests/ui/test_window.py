@@ -56,12 +56,6 @@ def facts(results):
     return facts
 
 
-@pytest.fixture
-def renders(facts):
-    if facts["refusals"]:
-        pytest.skip(f"this build of Blender does not render: {facts['refusals'][0]}")
-
-
 def picture(path):
     """RGB of an image file, float32, rows from the top."""
     return next(iter(rendering.read_exr(path).values()))[..., :3]
@@ -80,8 +74,13 @@ def test_panel_tells_what_the_scene_uses(facts):
 
 
 def test_panel_tells_that_a_camera_is_refused(facts):
-    assert len(facts["refusals_of_custom_camera"]) == len(facts["refusals"]) + 1
-    assert "custom (OSL)" in facts["refusals_of_custom_camera"][-1]
+    assert facts["refusals"] == []
+    assert len(facts["refusals_of_custom_camera"]) == 1 and "custom (OSL)" in facts["refusals_of_custom_camera"][0]
+
+
+def test_panel_tells_that_denoising_is_refused(facts):
+    """Debian's Blender has no OpenImageIO module."""
+    assert len(facts["refusals_of_denoising"]) == 1 and "switch Denoise off" in facts["refusals_of_denoising"][0]
 
 
 def test_pictures_of_the_tile_are_drawn(results, facts):
@@ -115,26 +114,26 @@ def test_comparison_is_refused_at_once(facts):
     assert told in facts["comparison_of_refused"] and not facts["renders_after_refusal"]
 
 
-def test_still(results, renders):
+def test_still(results):
     """A cube lit from one side before a grey world."""
     image = picture(results / "still.exr")
-    assert image.shape == (120, 160, 3) and np.isfinite(image).all()
-    assert image[60, 80].min() > 2 * image[5, 5].max() > 0.01
+    assert image.shape == (60, 80, 3) and np.isfinite(image).all()
+    assert image[25, 40].min() > 2 * image[5, 5].max() > 0.01
 
 
-def test_escape_cancels(facts, renders):
+def test_escape_cancels(facts):
     assert facts["was_rendering"]
     assert facts["seconds_to_cancel"] < 5
 
 
-def test_animation(results, renders):
+def test_animation(results):
     frames = [picture(results / name) for name in FRAMES]
-    assert all(frame.shape == (120, 160, 3) for frame in frames)
+    assert all(frame.shape == (60, 80, 3) for frame in frames)
     # The cube turns, and the noise changes from frame to frame.
     assert np.abs(frames[0] - frames[1]).max() > 0.1 and np.abs(frames[1] - frames[2]).max() > 0.1
 
 
-def test_comparison_fills_its_slots(results, facts, renders):
+def test_comparison_fills_its_slots(results, facts):
     """Both slots show the same scene with other samples."""
     assert {"Cycles", "Spectral Tiles"} <= set(facts["slots"]) and not facts["native_afterwards"]
     cycles, ours = picture(results / "Cycles.exr"), picture(results / "Spectral Tiles.exr")
@@ -152,6 +151,7 @@ import bpy
 scene = bpy.context.scene
 scene.render.resolution_x = scene.render.resolution_y = 32
 scene.render.filepath = "//picture_"
+scene.cycles.use_denoising = False
 bpy.ops.wm.save_as_mainfile(filepath="good.blend")
 scene.camera.data.type = "CUSTOM"
 bpy.ops.wm.save_as_mainfile(filepath="custom_camera.blend")
@@ -183,7 +183,7 @@ def test_refused_on_the_command_line(root, home, frames):
     assert file.read_bytes() == before
 
 
-def test_rendered_on_the_command_line(root, home, renders):
+def test_rendered_on_the_command_line(root, home):
     done = window.run(root, home, "blender", "-b", "good.blend", "-E", "SPECTRAL_TILES", "-f", "1")
     assert done.returncode == 0 and "ERROR" not in done.stdout, done.stdout
     assert picture(home / "picture_0001.png").shape == (32, 32, 3)
