@@ -11,7 +11,7 @@ from .failure import Refused
 def check_build():
     """Raise `Refused` if this build of Blender cannot run the GATHER driver."""
     if not cycles.with_osl():
-        raise Refused("This build of Blender has no Open Shading Language, which Spectral Tiles needs")
+        raise Refused("This build of Blender has no Open Shading Language, which the driver Gather needs")
     openimageio.load()
 
 

@@ -76,7 +76,7 @@ class SPECTRAL_TILES_OT_compare(bpy.types.Operator):
         if self._stopped:
             return {"CANCELLED"}
         samples = context.scene.spectral_tiles.samples
-        self.report({"INFO"}, f"Rendered both at {samples} samples a pixel; press J over the picture to switch")
+        self.report({"INFO"}, f"Both are rendered, Samples {samples}; press J over the picture to switch")
         return {"FINISHED"}
 
     def cancel(self, context):

@@ -118,7 +118,7 @@ def test_still(results):
     """A cube lit from one side before a grey world."""
     image = picture(results / "still.exr")
     assert image.shape == (60, 80, 3) and np.isfinite(image).all()
-    assert image[25, 40].min() > 2 * image[5, 5].max() > 0.01
+    assert image[24, 42].min() > 4 * image[5, 5].max() > 0.1
 
 
 def test_escape_cancels(facts):
@@ -134,7 +134,7 @@ def test_animation(results):
 
 
 def test_comparison_fills_its_slots(results, facts):
-    """Both slots show the same scene with other samples."""
+    """Both slots show the same scene with other samples; ours what F12 renders."""
     assert {"Cycles", "Spectral Tiles"} <= set(facts["slots"]) and not facts["native_afterwards"]
     cycles, ours = picture(results / "Cycles.exr"), picture(results / "Spectral Tiles.exr")
     difference = np.abs(cycles - ours)
