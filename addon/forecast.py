@@ -3,12 +3,20 @@
 
 import bpy
 
-from . import analysis, driver, gather, subrender
+from . import analysis, driver, gather, shading, subrender
 from .failure import Refused
 
-# Emitters of each view layer, by its depsgraph.  Counting them takes milliseconds in a scene of thousands of objects,
-# and a panel is drawn at every move of the mouse over it.
+# Of each view layer, by its depsgraph: its emitters, and what is wrong with its shading.  Finding them takes
+# milliseconds in a scene of thousands of objects, and a panel is drawn at every move of the mouse over it.
 _emitters = {}
+_shading = {}
+
+
+def _remembered(memory, depsgraph, find):
+    key = depsgraph.as_pointer()
+    if key not in memory:
+        memory[key] = find(depsgraph)
+    return memory[key]
 
 
 def uses(layer):
@@ -27,10 +35,7 @@ def uses(layer):
     depsgraph = layer.depsgraph
     if depsgraph is None:
         return None
-    key = depsgraph.as_pointer()
-    if key not in _emitters:
-        _emitters[key] = analysis.emitters(depsgraph)
-    return sentence(analysis.scene_use(depsgraph, _emitters[key]))
+    return sentence(analysis.scene_use(depsgraph, _remembered(_emitters, depsgraph, analysis.emitters)))
 
 
 def sentence(use):
@@ -63,19 +68,29 @@ def refusals(scene, layer):
     """Why this view layer will not be rendered: one message a reason, none if it will be."""
     messages = []
     for check in (subrender if driver.is_subrender(scene) else gather).CHECKS:
-        try:
-            check(scene, layer)
-        except Refused as refused:
-            messages.append(str(refused))
+        messages += _message(check, scene, layer)
+    # The shading is looked at for a camera that is one, so only after the others.
+    if not messages and layer.depsgraph is not None:
+        messages += _remembered(_shading, layer.depsgraph, lambda found: _message(shading.check, found, scene.camera))
     return messages
+
+
+def _message(check, *arguments):
+    """What a check says against something, in a list; an empty one if nothing."""
+    try:
+        check(*arguments)
+    except Refused as refused:
+        return [str(refused)]
+    return []
 
 
 @bpy.app.handlers.persistent
 def _forget(*_):
     _emitters.clear()
+    _shading.clear()
 
 
-# Whatever may change the number of emitters.
+# Whatever may change what is remembered.
 _HANDLERS = (bpy.app.handlers.depsgraph_update_post, bpy.app.handlers.frame_change_post, bpy.app.handlers.load_post)
 
 
@@ -87,4 +102,4 @@ def register():
 def unregister():
     for handlers in _HANDLERS:
         handlers.remove(_forget)
-    _emitters.clear()
+    _forget()

@@ -100,7 +100,8 @@ def _draw_forecast(layout, context):
     """What the scene makes of the settings, and what stands in the way."""
     scene, layer = context.scene, context.view_layer
     column = layout.column(align=True)
-    _say(column, context, forecast.uses(layer), "LIGHT")
+    if uses := forecast.uses(layer):
+        _say(column, context, uses, "LIGHT")
     refusals = forecast.refusals(scene, layer)
     for message in refusals:
         _say(column, context, message, "ERROR")

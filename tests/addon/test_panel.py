@@ -68,6 +68,29 @@ def test_forecast_tells_every_refusal():
     assert told[0] in str(refused.value)
 
 
+def test_forecast_without_a_camera():
+    scene = build_scene()
+    layer = bpy.context.view_layer
+    layer.use_pass_mist = layer.use_pass_vector = True
+    bpy.data.objects.remove(scene.camera)
+    for name in ("GATHER", "SUBRENDER"):
+        scene.spectral_tiles.driver = name
+        assert "no camera" in forecast.refusals(scene, layer)[0]
+
+
+def test_forecast_tells_of_the_shading():
+    scene = build_scene()
+    tree = bpy.data.materials[0].node_tree
+    node = tree.nodes.new("ShaderNodeTexCoord")
+    bsdf = next(found for found in tree.nodes if found.type == "BSDF_DIFFUSE")
+    link = tree.links.new(node.outputs["Window"], bsdf.inputs["Color"])
+    bpy.context.view_layer.update()
+    assert "Window coordinates" in forecast.refusals(scene, bpy.context.view_layer)[0]
+    tree.links.remove(link)
+    bpy.context.view_layer.update()
+    assert forecast.refusals(scene, bpy.context.view_layer) == []
+
+
 def test_forecast_tells_the_driver_and_why(monkeypatch):
     scene = build_scene()
     assert "One Cycles render" in forecast.render_calls(scene)
