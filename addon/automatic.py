@@ -77,7 +77,7 @@ def place_in_group(seed, frame):
     return group, (seed + _GROUP * group) % (2**31 - _GROUP), place
 
 
-def make(use, region, samples, seed, frame=None):
+def make(use, region, samples, seed, frame=None, sequence=None):
     """Plan for a frame; remembered, so that other frames and seeds of a large region cost nothing.
 
     Parameters
@@ -85,11 +85,13 @@ def make(use, region, samples, seed, frame=None):
     use : analysis.SceneUse
     region : addon.region.Region
     samples : int
-        Samples a pixel, all in one Cycles render.
+        Samples a pixel to arrange.
     seed : int
         Another seed gives another, equally good plan.
     frame : int, optional
         Of an animation whose pattern changes from frame to frame.
+    sequence : int, optional
+        Samples a pixel of Cycles' whole sequence, if those are only the first of it.
 
     Returns
     -------
@@ -99,8 +101,8 @@ def make(use, region, samples, seed, frame=None):
     group, first_seed, place = place_in_group(seed, frame)
 
     def remembered(first, place):
-        key = (chosen, region, samples, first, place)
-        return memory.get(key, lambda: _arrange(*key[:3], first + place, [remembered(first, i) for i in range(place)]))
+        key = (chosen, region, samples, sequence or samples, first, place)
+        return memory.get(key, lambda: _arrange(*key[:4], first + place, [remembered(first, i) for i in range(place)]))
 
     if region.pixels <= _LARGE:
         return remembered(first_seed, place)
@@ -108,7 +110,7 @@ def make(use, region, samples, seed, frame=None):
     return remembered(0, place).moved(*shift)
 
 
-def _arrange(chosen, region, samples, seed, earlier):
+def _arrange(chosen, region, samples, sequence, seed, earlier):
     """Plan that complements the plans of earlier frames of its group."""
     width = region.size[0]
     film = np.arange(region.pixels, dtype=np.int32)
@@ -117,7 +119,7 @@ def _arrange(chosen, region, samples, seed, earlier):
     dims = sorted({name for group, _ in chosen for name in group})
 
     def numbers(ranks):
-        index = ranks * np.uint32(samples) + np.arange(samples, dtype=np.uint32).reshape(-1, *(1,) * ranks.ndim)
+        index = ranks * np.uint32(sequence) + np.arange(samples, dtype=np.uint32).reshape(-1, *(1,) * ranks.ndim)
         return cycles_random.leading_bytes(index, dims)
 
     candidates = modes.variances(chosen)

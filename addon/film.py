@@ -57,6 +57,11 @@ def _albedo(passes, key):
     return albedo if part in {"Direct", "Indirect"} and albedo in passes else None
 
 
+def combined(passes):
+    """The picture itself, (pixels, 4)."""
+    return next(pixels for (name, _), pixels in passes.items() if name == "Combined")
+
+
 def colours(passes, height, width):
     """All passes that a filter may mix, as light: (channels, height, width)."""
     lights = []

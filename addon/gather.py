@@ -6,14 +6,30 @@ pixel should serve, so that the numbers Cycles will draw there suit it; an OSL c
 there; Cycles does the rest in a single call.
 """
 
+import itertools
 import os
 import tempfile
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import bpy
+import numpy as np
 from cycles import engine as cycles
 
-from . import automatic, camera, denoising, driver, failure, film, layers, library, persistence, shading, tile_plan
+from . import (
+    adaptive,
+    automatic,
+    camera,
+    denoising,
+    driver,
+    failure,
+    film,
+    layers,
+    library,
+    persistence,
+    shading,
+    tile_plan,
+)
 from .analysis import scene_use
 from .failure import Refused
 from .plan import Plan
@@ -22,6 +38,9 @@ from .region import Region
 
 # Cycles' Depth where nothing was hit (kernel/film, pass accessor).
 _NO_DEPTH = 1e10
+
+# Cycles' pass with the number of samples that each pixel got.
+_SAMPLE_COUNT = "Debug Sample Count"
 
 
 @dataclass(frozen=True)
@@ -36,8 +55,12 @@ class Job:
     layer : bpy.types.ViewLayer
         The original ones.  Their evaluated copies may be gone once Cycles has synchronised.
     views : dict of str to camera.View
-    samples, seed : int
-        As the user set them; the seed may follow the frame.
+    seed : int
+        As the user set it, or as it follows the frame.
+    base : int
+        Samples that every pixel gets.
+    choose_levels : callable or None
+        Picture at the base rate -> doublings of it for each pixel (`addon.adaptive`); None if all get the same.
     filter : Filter or None
         What samples are spread by; None leaves that to Cycles.
     denoise : bool
@@ -55,8 +78,9 @@ class Job:
     scene: bpy.types.Scene
     layer: bpy.types.ViewLayer
     views: dict[str, camera.View]
-    samples: int
     seed: int
+    base: int
+    choose_levels: Callable | None
     filter: Filter | None
     denoise: bool
     folder: tempfile.TemporaryDirectory
@@ -90,8 +114,12 @@ def _check_passes(scene, layer):
 
 
 def _check_subset(scene, layer):
-    if scene.cycles.use_sample_subset and scene.spectral_tiles.filter != "AS_CYCLES":
-        raise Refused("Samples of a subset cannot be filtered; set Filter to As Cycles, or switch the subset off")
+    settings = scene.spectral_tiles
+    if scene.cycles.use_sample_subset and (settings.filter != "AS_CYCLES" or settings.adaptive != "OFF"):
+        raise Refused(
+            "A sample subset cannot be filtered or adapted; "
+            "set Adaptive to Off and Filter to As Cycles, or switch the subset off"
+        )
 
 
 # Each raises `Refused` if a scene's view layer cannot be rendered this way.  The panel asks them all beforehand.
@@ -124,13 +152,14 @@ def prepare(engine, depsgraph):
     region = Region.of_render(scene.render)
     use = scene_use(depsgraph)
     seed = settings.seed + (scene.frame_current if scene.cycles.use_animated_seed else 0)
+    base, sequence, choose_levels = _rates(settings)
     tile = library.tile(settings, scene.library)
     if tile is None:
         frame = scene.frame_current if scene.cycles.use_animated_seed else None
-        sample_plan = automatic.make(use, region, settings.samples, settings.seed, frame)
+        sample_plan = automatic.make(use, region, settings.samples, settings.seed, frame, sequence)
     else:
         dims = tuple(name for name in use.dims if name in tile.dims)
-        sample_plan = tile_plan.make(tile, dims, region, settings.samples, seed)
+        sample_plan = tile_plan.make(tile, dims, region, settings.samples, seed, sequence)
 
     if layer.use_pass_z:
         engine.add_pass("Position", 3, "XYZ", layer=layer.name)
@@ -142,28 +171,38 @@ def prepare(engine, depsgraph):
     sample_plan.write(image)
     facts = layers.facts(scene, layer.name, tile, sample_plan, seed, settings.samples)
     before = [(owner, persistence.values(owner)) for owner in (scene.cycles, *camera.written(views))]
-    _set_sampling(scene.cycles, settings.samples, sample_plan.seed)
+    _set_sampling(scene.cycles, sequence, sample_plan.seed)
     camera.replace(scene, views, region, image)
     chosen = None
     if settings.filter != "AS_CYCLES":
         chosen = Filter(settings.filter, settings.filter_width, settings.filter_b, settings.filter_c)
-        # One at a time, but of the same sequence.
-        scene.cycles.use_sample_subset = True
-        scene.cycles.sample_subset_length = 1
     return Job(
         region=region,
         plan=sample_plan,
         scene=depsgraph.scene,
         layer=depsgraph.view_layer,
         views=views,
-        samples=settings.samples,
         seed=seed,
+        base=base,
+        choose_levels=choose_levels,
         filter=chosen,
         denoise=denoise,
         folder=folder,
         before=before,
         facts=facts,
     )
+
+
+def _rates(settings):
+    """Samples that every pixel gets, samples of Cycles' sequence, and what chooses between (see `Job`)."""
+    samples = settings.samples
+    if settings.adaptive == "OFF":
+        return samples, samples, None
+    if settings.adaptive == "THRESHOLD":
+        threshold = settings.adaptive_threshold
+        return samples, samples << adaptive.LEVELS, lambda picture: adaptive.levels_over_threshold(picture, threshold)
+    base = adaptive.base_rate(samples)
+    return base, base << adaptive.LEVELS, lambda picture: adaptive.levels_in_budget(picture, base, samples)
 
 
 def ignored(scene):
@@ -208,7 +247,8 @@ def _set_sampling(settings, samples, seed):
 def render(engine, depsgraph, job):
     """Run Cycles on a prepared render, put the pixels in order and filter them."""
     with job.folder:
-        passes = _rendered(engine, depsgraph, job) if job.filter is None else _filtered(engine, depsgraph, job)
+        in_parts = job.filter or job.choose_levels
+        passes = _in_parts(engine, depsgraph, job) if in_parts else _rendered(engine, depsgraph, job)
     finish(engine, job, passes)
     if persistence.is_kept(engine):
         for owner, values in job.before:
@@ -242,23 +282,53 @@ def _rendered(engine, depsgraph, job):
     return {key: film.scatter(pixels, job.plan.film) for key, pixels in passes.items()}
 
 
-def _filtered(engine, depsgraph, job):
-    """Spread each sample over the pixels around it: colours by one render a sample, data of the first alone."""
-    scene = depsgraph.scene_eval
+def _in_parts(engine, depsgraph, job):
+    """Several Cycles renders: colours of each go through the filter, data are those of the first."""
     width, height = job.region.size
-    for sample in range(job.samples):
-        if sample and engine.test_break():
+    everywhere = np.ones((height, width), bool)
+    levels = np.zeros((height, width), np.int8)
+    parts = (_part(engine, depsgraph, job, *samples, everywhere) for samples in _shots(job, 0, job.base))
+    if job.choose_levels:
+        parts = list(parts)
+        combined = [film.combined(passes | denoising.noisy(passes)) for passes, _, _ in parts]
+        levels = job.choose_levels(np.mean(combined, axis=0).reshape(height, width, 4))
+    count = np.float32(job.base) * np.float32(2.0) ** levels
+
+    first, sums = None, None
+    for passes, where, share in itertools.chain(parts, _further_parts(engine, depsgraph, job, levels)):
+        if first is not None and engine.test_break():
             break
-        where = positions(job.region, sample, job.seed)
-        image = os.path.join(job.folder.name, f"positions_{sample}.tif")
-        job.plan.write_positions(image, where)
-        for view in job.views.values():
-            view.camera.data.cycles_custom["positions"] = image
-        scene.cycles.sample_offset = sample
-        passes = _rendered(engine, depsgraph, job)
         colours = film.colours(passes, height, width)
-        if sample == 0:
+        if first is None:
             first = passes
-            sums = Reconstruction(job.filter, len(colours), height, width)
-        sums.add(colours, where, 1.0 / job.samples)
-    return film.with_colours(first, sums.pixels())
+            sums = Reconstruction(job.filter or Filter("BOX", 1.0), len(colours), height, width)
+        sums.add(colours, where, share / count)
+    passes = film.with_colours(first, sums.pixels())
+    return passes | {key: count.reshape(-1, 1) for key in passes if key[0] == _SAMPLE_COUNT}
+
+
+def _further_parts(engine, depsgraph, job, levels):
+    """Parts beyond the base rate: each level doubles what was taken before, where it is reached."""
+    for level in range(levels.max()):
+        before = job.base << level
+        for samples in _shots(job, before, before):
+            yield _part(engine, depsgraph, job, *samples, levels > level)
+
+
+def _shots(job, first, count):
+    """Parts of the sequence, as (first sample, count), that are rendered at once: for a filter one by one."""
+    return [(sample, 1) for sample in range(first, first + count)] if job.filter else [(first, count)]
+
+
+def _part(engine, depsgraph, job, first, count, taken):
+    """One Cycles render of some samples at some pixels: passes, where in the pixel they lie, samples of each pixel."""
+    where = positions(job.region, first, job.seed)
+    image = os.path.join(job.folder.name, f"positions_{first}.tif")
+    job.plan.write_positions(image, where if job.filter else None, taken)
+    scene = depsgraph.scene_eval
+    for view in job.views.values():
+        view.camera.data.cycles_custom["positions"] = image
+    scene.cycles.use_sample_subset = True
+    scene.cycles.sample_offset = first
+    scene.cycles.sample_subset_length = count
+    return _rendered(engine, depsgraph, job), where, count * taken.astype(np.float32)

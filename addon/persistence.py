@@ -16,7 +16,8 @@ def needed(scene):
     """Whether the scene's settings ask for several Cycles renders of a frame."""
     if scene.render.engine != "SPECTRAL_TILES":
         return False
-    return scene.spectral_tiles.filter != "AS_CYCLES" or driver.is_subrender(scene)
+    settings = scene.spectral_tiles
+    return settings.filter != "AS_CYCLES" or settings.adaptive != "OFF" or driver.is_subrender(scene)
 
 
 @bpy.app.handlers.persistent

@@ -66,17 +66,26 @@ class Plan:
             image[..., 2:] = np.rint(65535.0 * self.lens_shift).reshape(*image.shape[:2], 2)
         _write_image(path, image)
 
-    def write_positions(self, path, positions):
-        """Write an image of where in its film pixel each render pixel's sample lies.
+    def write_positions(self, path, positions, taken):
+        """Write an image of where in its film pixel each render pixel's sample lies, and whether it is taken.
 
         Parameters
         ----------
         path : str
-        positions : uint16 array, shape (2, height, width)
-            Of `reconstruction.positions`, at each film pixel.
+        positions : uint16 array, shape (2, height, width), or None
+            Of `reconstruction.positions`, at each film pixel; None leaves them to Cycles.
+        taken : bool array, shape (height, width)
+            At each film pixel.
+
+        Raises
+        ------
+        Refused
+            The folder is not writable, the disk is full.
         """
         image = np.zeros((self.film.size, 3), np.uint16)
-        image[:, :2] = positions.reshape(2, -1).T[self.film]
+        image[:, 2] = taken.ravel()[self.film] * np.uint16(32768 if positions is None else 65535)
+        if positions is not None:
+            image[:, :2] = positions.reshape(2, -1).T[self.film]
         _write_image(path, image.reshape(-1, self.width, 3))
 
 

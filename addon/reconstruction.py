@@ -138,15 +138,15 @@ class Reconstruction:
         self._positive = np.zeros_like(self._sums) if chosen.negative else self._sums
 
     def add(self, radiance, where, weight):
-        """Add one sample of every pixel.
+        """Add one sample of every pixel, or the mean of several in the same place.
 
         Parameters
         ----------
         radiance : float32 array, shape (channels, height, width)
         where : uint16 array, shape (2, height, width)
             Of `positions`.
-        weight : float
-            All samples of a pixel together weigh 1.
+        weight : float32 array, shape (height, width)
+            All samples of a pixel together weigh 1, so that pixels with many do not bleed into those with few.
         """
         height = radiance.shape[1]
         strips = [slice(top, min(top + _STRIP, height)) for top in range(0, height, _STRIP)]
@@ -161,7 +161,7 @@ class Reconstruction:
         shifts = range(-reach, reach + 1)
         x, y = (where[:, first:last] + np.float32(0.5)) / np.float32(65536.0)
         along_x = {shift: self._filter(shift + np.float32(0.5) - x) for shift in shifts}
-        along_y = {shift: self._filter(shift + np.float32(0.5) - y) * np.float32(weight) for shift in shifts}
+        along_y = {shift: self._filter(shift + np.float32(0.5) - y) * weight[first:last] for shift in shifts}
         for up, right in itertools.product(shifts, shifts):
             # A sample of pixel (y, x) gives to pixel (y + up, x + right).
             bottom, top = max(rows.start, up), min(rows.stop, height + up)

@@ -131,6 +131,8 @@ def _check_passes(scene, layer):
 def _check_filter(scene, layer):
     if scene.spectral_tiles.filter != "AS_CYCLES":
         raise Refused("Sub-renders know Cycles' filters only; set Filter to As Cycles, or Driver to Gather")
+    if scene.spectral_tiles.adaptive != "OFF":
+        raise Refused("Sub-renders take the same samples everywhere; set Adaptive to Off, or Driver to Gather")
 
 
 # Each raises `Refused` if a scene's view layer cannot be rendered this way.  The panel asks them all beforehand.

@@ -17,7 +17,7 @@ from .plan import Plan, memory
 _WINDOW = 256
 
 
-def make(tile, dims, region, samples, seed):
+def make(tile, dims, region, samples, seed, sequence=None):
     """Plan that follows a tile in some of its dimensions; remembered, so asking again costs nothing.
 
     Parameters
@@ -27,19 +27,21 @@ def make(tile, dims, region, samples, seed):
         The tile's dimensions that the scene uses.
     region : addon.region.Region
     samples : int
-        Samples a pixel, all in one Cycles render.
+        Samples a pixel to match.
     seed : int
         Cycles' seed; also moves the tile.
+    sequence : int, optional
+        Samples a pixel of Cycles' whole sequence, if those are only the first of it.
 
     Returns
     -------
     plan.Plan
     """
-    key = (tile.values.tobytes(), tile.dims, dims, region, samples, seed)
-    return memory.get(key, lambda: _match(tile, dims, region, samples, seed))
+    key = (tile.values.tobytes(), tile.dims, dims, region, samples, sequence or samples, seed)
+    return memory.get(key, lambda: _match(tile, dims, region, samples, sequence or samples, seed))
 
 
-def _match(tile, dims, region, samples, seed):
+def _match(tile, dims, region, samples, sequence, seed):
     lens = [name for name in dims if name.startswith("lens.")]
     matched = [name for name in dims if name in cycles_random.DIMENSIONS and name not in lens]
     width, height = region.size
@@ -52,13 +54,13 @@ def _match(tile, dims, region, samples, seed):
         cells = tile.values[(y + origin[0]) % tile.size, (x + origin[1]) % tile.size, 0].reshape(y.size, -1)
         wanted = cells[:, [tile.dims.index(name) for name in matched]]
         ranks = cycles_random.pixel_ranks(x + region.corner[0], y + region.corner[1], seed).ravel()
-        drawn = _pixel_means(ranks * np.uint32(samples), samples, matched)
+        drawn = _pixel_means(ranks * np.uint32(sequence), samples, matched)
         served = match(drawn, wanted) if matched else np.arange(y.size)
         film[window] = (y * width + x).ravel()[served].reshape(y.shape)
         if lens_shift is not None:
             # Cycles moves all samples of a pixel alike, so the first one's number is made the tile's.
             aim = cells[:, [tile.dims.index(name) for name in lens]][served]
-            drawn_lens = cycles_random.sequence_values(ranks * np.uint32(samples), lens)
+            drawn_lens = cycles_random.sequence_values(ranks * np.uint32(sequence), lens)
             lens_shift[window] = np.mod(aim - drawn_lens, 1.0).reshape(*y.shape, 2)
         return np.abs(drawn - wanted[served]).sum(axis=0)
 

@@ -52,6 +52,9 @@ class SPECTRAL_TILES_PT_sampling(bpy.types.Panel):
         if settings.tile == "FILE":
             layout.prop(settings, "tile_path")
         _draw_tile(layout, context)
+        layout.prop(settings, "adaptive")
+        if settings.adaptive == "THRESHOLD":
+            layout.prop(settings, "adaptive_threshold")
         layout.prop(settings, "filter")
         if settings.filter != "AS_CYCLES":
             layout.prop(settings, "filter_width")

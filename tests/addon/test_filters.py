@@ -17,8 +17,9 @@ def test_constant_stays_constant_up_to_the_border(kind, samples):
     region = Region((40, 30), (0, 0), (40, 30))
     colour = np.array([0.2, 3.0, 1.0], np.float32)[:, None, None] * np.ones((30, 40), np.float32)
     sums = Reconstruction(Filter(kind, CUSTOMARY_WIDTHS[kind]), 3, 30, 40)
-    for sample in range(samples):
-        sums.add(colour, positions(region, sample, 5), 1.0 / samples)
+    weights = np.random.default_rng(1).random((samples, 30, 40), np.float32) + 0.1
+    for sample, weight in enumerate(weights / weights.sum(axis=0)):
+        sums.add(colour, positions(region, sample, 5), weight)
     assert np.allclose(sums.pixels(), colour, rtol=1e-4)
 
 
@@ -32,7 +33,7 @@ def test_edge_has_the_profile_of_the_filter(kind):
     for sample in range(samples):
         where = positions(region, sample, 1)
         x = np.arange(width) + (where[0] + 0.5) / 65536.0
-        sums.add((x < edge).astype(np.float32)[None], where, 1.0 / samples)
+        sums.add((x < edge).astype(np.float32)[None], where, np.full((height, width), 1.0 / samples, np.float32))
     steps = (np.arange(20000) + 0.5) / 1000.0 - 10.0
     expected = [chosen(steps)[steps < edge - (column + 0.5)].sum() / 1000.0 for column in range(width)]
     rows = sums.pixels()[0]

@@ -1,0 +1,102 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Adaptive sampling: samples go where the noise is, the mean keeps to the budget, and the expectation stays."""
+
+import bpy
+import numpy as np
+import pytest
+
+from addon import adaptive
+from tests import rendering
+
+COUNT = "ViewLayer.Debug Sample Count"
+
+
+def half_noisy(height=40, width=60):
+    """A picture that is noisy on its right half only."""
+    picture = np.full((height, width, 4), 0.5, np.float32)
+    noise = np.random.default_rng(1).normal(size=(height, width // 2, 1))
+    picture[:, width // 2 :, :3] += 0.2 * noise.astype(np.float32)
+    return picture
+
+
+@pytest.mark.parametrize(("base", "samples"), [(1, 2), (1, 3), (2, 4), (8, 16)])
+def test_budget_is_spent_on_noise(base, samples):
+    levels = adaptive.levels_in_budget(half_noisy(), base, samples)
+    mean = np.mean(base * 2.0**levels)
+    assert 0.99 * samples <= mean <= samples
+    assert levels[:, 40:].mean() > levels[:, :20].mean() + 0.8
+
+
+def test_even_noise_gets_even_rates_on_average():
+    picture = np.random.default_rng(2).random((64, 64, 4), np.float32)
+    count = 2.0 ** adaptive.levels_in_budget(picture, 1, 2)
+    assert abs(count[:, :32].mean() - count[:, 32:].mean()) < 0.2
+
+
+@pytest.mark.parametrize("picture", [np.zeros((8, 9, 4), np.float32), np.ones((1, 1, 4), np.float32)])
+def test_nothing_to_tell_pixels_apart(picture):
+    assert np.mean(2.0 ** adaptive.levels_in_budget(picture, 1, 2)) <= 2.0
+    assert not adaptive.levels_over_threshold(picture, 1.0).any()
+
+
+def test_a_pixels_own_value_has_no_say_in_its_rate():
+    """Weighing one value by what it decided itself would lose light (or make some)."""
+    picture = half_noisy()
+    changed = picture.copy()
+    changed[20, 45] = 30.0
+    before, after = (adaptive._variance(image)[20, 45] for image in (picture, changed))
+    assert after == pytest.approx(before, rel=1e-3)
+    assert adaptive.levels_over_threshold(changed, 1.0)[20, 45] == adaptive.levels_over_threshold(picture, 1.0)[20, 45]
+
+
+def scene_with_a_shadow():
+    """A plane half of which lies in the soft shadow of something that the camera does not see."""
+    scene = rendering.empty_scene(24, 24)
+    rendering.add_camera(type="ORTHO", ortho_scale=6)
+    rendering.add_plane(40, rendering.diffuse())
+    blocker = rendering.add_plane(4, rendering.diffuse(), (-3, 0, 2))
+    blocker.visible_camera = False
+    rendering.add_light("AREA", 300, (0, 0, 4), size=3)
+    scene.cycles.max_bounces = 0
+    bpy.context.view_layer.cycles.pass_debug_sample_count = True
+    return scene
+
+
+@pytest.mark.parametrize("chosen", ["AS_CYCLES", "BOX"])
+def test_expectation_is_native_and_counts_keep_to_the_budget(tmp_path, chosen):
+    scene = scene_with_a_shadow()
+    native = rendering.stack(tmp_path, "CYCLES", range(16), 4)
+    scene.spectral_tiles.adaptive = "BUDGET"
+    scene.spectral_tiles.filter = chosen
+    passes = [rendering.render(tmp_path, "SPECTRAL_TILES", 2, seed) for seed in range(24)]
+    rendering.assert_same_expectation(np.stack([rendering.beauty(one) for one in passes]), native)
+    count = np.stack([one[COUNT] for one in passes])
+    assert set(np.unique(count)) <= {1.0, 2.0, 4.0}
+    assert 1.9 <= count.mean() <= 2.0
+    noise = native[..., 0].std(axis=0)
+    assert count.mean(axis=0)[..., 0][noise > np.quantile(noise, 0.8)].mean() > 2.3
+
+
+def test_threshold_leaves_flat_parts_alone(tmp_path):
+    scene = rendering.empty_scene(32, 16)
+    rendering.add_camera(type="ORTHO", ortho_scale=8)
+    rendering.add_plane(4, rendering.emission())
+    scene.spectral_tiles.adaptive = "THRESHOLD"
+    bpy.context.view_layer.cycles.pass_debug_sample_count = True
+    count = rendering.render(tmp_path, "SPECTRAL_TILES", 2)[COUNT][..., 0]
+    assert set(np.unique(count)) == {2.0, 8.0}
+    assert np.all(count[:, :6] == 2.0)
+    assert np.all(count[4, 12:20] >= 2.0)
+    assert count[8, 7:10].max() == 8.0
+    scene.spectral_tiles.adaptive_threshold = 10.0
+    assert np.all(rendering.render(tmp_path, "SPECTRAL_TILES", 2)[COUNT] == 2.0)
+
+
+def test_subset_is_refused(tmp_path):
+    scene = rendering.empty_scene()
+    rendering.add_camera()
+    scene.spectral_tiles.adaptive = "BUDGET"
+    scene.cycles.use_sample_subset = True
+    with pytest.raises(RuntimeError, match="subset"):
+        rendering.render(tmp_path, "SPECTRAL_TILES", 2)
+    assert not bpy.context.scene.render.use_persistent_data
