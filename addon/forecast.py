@@ -3,7 +3,7 @@
 
 import bpy
 
-from . import analysis, driver, gather, shading, subrender
+from . import analysis, driver, gather, persistence, shading, subrender
 from .failure import Refused
 
 # Of each view layer, by its depsgraph: its emitters, and what is wrong with its shading.  Finding them takes
@@ -57,7 +57,8 @@ def sentence(use):
 def render_calls(scene):
     """How Cycles will be called for a frame, and why if it is not the usual way."""
     if not driver.is_subrender(scene):
-        return "One Cycles render, its pixels put in order afterwards"
+        renders = "Several Cycles renders, their" if persistence.needed(scene) else "One Cycles render, its"
+        return f"{renders} pixels put in order afterwards"
     calls = "Many small Cycles renders, one for each cell of the tile and sample"
     if scene.spectral_tiles.driver == "AUTO":
         return f"{calls}. {driver.why_not_gather(scene)}"

@@ -100,6 +100,8 @@ class SpectralTilesSettings(bpy.types.PropertyGroup):
             ("THRESHOLD", "Threshold", "Four times the samples where neighbouring pixels contrast"),
         ),
         default="OFF",
+        options=set(),
+        override=_OVERRIDABLE,
     )
     adaptive_threshold: FloatProperty(
         name="Threshold",
@@ -107,6 +109,7 @@ class SpectralTilesSettings(bpy.types.PropertyGroup):
         default=1.0,
         min=0.0,
         soft_max=2.0,
+        override=_OVERRIDABLE,
     )
     driver: EnumProperty(
         name="Driver",
