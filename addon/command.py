@@ -90,7 +90,7 @@ def _render(options):
     rendered = []
     with _Progress(len(frames)) as progress:
         for frame in frames:
-            progress.begin(f"frame {frame}", count)
+            progress.begin(f"frame {frame}")
             start = time.perf_counter()
             scene.frame_set(frame)
             path = _picture_path(scene, frame, len(frames) == 1, options)
@@ -198,9 +198,8 @@ class _Progress:
     def __init__(self, pictures):
         self._pictures = pictures
         self._begun = 0
-        self._samples = None
         self._percent = -1
-        self._reading = still.sample_progress(self._read)
+        self._reading = still.sample_progress(self._tell)
 
     def __enter__(self):
         self._reading.__enter__()
@@ -211,17 +210,11 @@ class _Progress:
         if exception[0] is None:
             self._tell(1.0)
 
-    def begin(self, name, samples=None):
-        """Start the next picture; `samples` is what Cycles will count up to if it renders the picture at once."""
+    def begin(self, name):
+        """Start the next picture."""
         self._begun += 1
-        self._samples = samples
         print(f"openjd_status: {name}, {self._begun} of {self._pictures}", flush=True)
         self._tell(0.0)
-
-    def _read(self, done, samples):
-        # A picture of several Cycles renders counts again and again to less.
-        if samples == self._samples:
-            self._tell(done / samples)
 
     def _tell(self, part):
         percent = int(100 * (self._begun - 1 + part) / self._pictures)

@@ -91,11 +91,14 @@ def render(scene, path):
 
 @contextlib.contextmanager
 def sample_progress(tell):
-    """Call `tell` with the samples that the current Cycles render has done and will do, inside a `with` block."""
+    """Call `tell` with the part of the current picture that is done, from 0 to 1, inside a `with` block."""
 
     def read(stats):
-        if match := re.search(r"Sample (\d+)/(\d+)", stats):
-            tell(int(match[1]), int(match[2]))
+        match = re.search(r"Sample (\d+)/(\d+)|Sub-render (\d+) of (\d+)", stats)
+        done, count = (int(number) for number in match.groups() if number) if match else (0, 0)
+        # A picture of several Cycles renders counts each one's single sample.
+        if count > 1:
+            tell(done / count)
 
     bpy.app.handlers.render_stats.append(read)
     try:
