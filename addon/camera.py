@@ -5,6 +5,7 @@ The formulas are those of Blender's `intern/cycles/blender/camera.cpp` (viewplan
 `kernel/camera/camera.h`; the shader itself is `camera.osl` beside this file.
 """
 
+import contextlib
 import functools
 import hashlib
 import math
@@ -13,8 +14,10 @@ import tempfile
 from typing import NamedTuple
 
 import _cycles
+import bpy
 import numpy as np
 
+from . import persistence
 from .failure import Refused
 
 # Cycles finds a render pixel by rounding, so its own filter must stay inside the pixel: with this width it reaches a
@@ -76,18 +79,19 @@ class View(NamedTuple):
     camera : bpy.types.Object
         Evaluated camera object.
     world_to_camera : float array, shape (4, 4)
-    panoramic : bool
+    settings : dict
+        Plain values of the camera's data, as the user set them.
     """
 
-    camera: object
+    camera: bpy.types.Object
     world_to_camera: np.ndarray
-    panoramic: bool
+    settings: dict
 
     def depth(self, positions):
         """Cycles' Depth of world positions, shape (n, 3): along the axis, or the distance if panoramic."""
         rows = self.world_to_camera[:3]
         local = positions @ rows[:, :3].T + rows[:, 3]
-        return np.linalg.norm(local, axis=1) if self.panoramic else -local[:, 2]
+        return np.linalg.norm(local, axis=1) if self.settings["type"] == "PANO" else -local[:, 2]
 
 
 def views(engine, scene):
@@ -115,10 +119,9 @@ def views(engine, scene):
         engine.active_view_set(name)
         camera = engine.camera_override
         check(scene, camera)
-        panoramic = camera.data.type == "PANO"
-        spherical = panoramic and camera.data.stereo.use_spherical_stereo
+        spherical = camera.data.type == "PANO" and camera.data.stereo.use_spherical_stereo
         matrix = engine.camera_model_matrix(camera, use_spherical_stereo=spherical)
-        found[name] = View(camera, np.array(matrix.inverted()), panoramic)
+        found[name] = View(camera, np.array(matrix.inverted()), persistence.values(camera.data))
     return found
 
 
@@ -126,6 +129,35 @@ def written(views):
     """The parts of the evaluated scene, besides `scene.cycles`, that `replace` writes to."""
     data = {view.camera.data for view in views.values()}
     return [*data, *(camera.stereo for camera in data)]
+
+
+@contextlib.contextmanager
+def dicing(engine, scene, views):
+    """Make Cycles dice adaptive subdivision by a camera as the user made it, for the time of a `with` block.
+
+    A custom camera does not tell it the size of a pixel (`Camera::world_to_raster_size` of Cycles).
+
+    Parameters
+    ----------
+    engine : bpy.types.RenderEngine
+    scene : bpy.types.Scene
+        The evaluated scene.
+    views : dict of str to View
+    """
+    chosen = scene.cycles.dicing_camera
+    replaced = [view for view in views.values() if chosen is None or chosen.data == view.camera.data]
+    if not replaced:
+        yield
+        return
+    with bpy.data.temp_data() as made:
+        data = made.cameras.new(replaced[0].settings["name"])
+        persistence.put_back(data, replaced[0].settings)
+        camera = made.objects.new("Dicing", data)
+        camera.matrix_world = (chosen or replaced[0].camera).matrix_world
+        scene.cycles.dicing_camera = camera
+        yield
+        if persistence.is_kept(engine):
+            scene.cycles.dicing_camera = chosen
 
 
 class _Film(NamedTuple):

@@ -122,8 +122,25 @@ def _check_subset(scene, layer):
         )
 
 
+def _check_culling(scene, layer):
+    if scene.render.use_simplify and (scene.cycles.use_camera_cull or scene.cycles.use_distance_cull):
+        raise Refused(
+            "Culling cannot be done with Spectral Tiles; "
+            "switch Camera Culling and Distance Culling off (Simplify), or render with Cycles"
+        )
+
+
 # Each raises `Refused` if a scene's view layer cannot be rendered this way.  The panel asks them all beforehand.
-CHECKS = (_check_build, _check_device, _check_camera, _check_passes, _check_subset, library.check, denoising.check)
+CHECKS = (
+    _check_build,
+    _check_device,
+    _check_camera,
+    _check_passes,
+    _check_subset,
+    _check_culling,
+    library.check,
+    denoising.check,
+)
 
 
 def prepare(engine, depsgraph):
@@ -246,7 +263,7 @@ def _set_sampling(settings, samples, seed):
 
 def render(engine, depsgraph, job):
     """Run Cycles on a prepared render, put the pixels in order and filter them."""
-    with job.folder:
+    with job.folder, camera.dicing(engine, depsgraph.scene_eval, job.views):
         in_parts = job.filter or job.choose_levels
         passes = _in_parts(engine, depsgraph, job) if in_parts else _rendered(engine, depsgraph, job)
     finish(engine, job, passes)

@@ -176,7 +176,7 @@ def stack(folder, engine, seeds, samples=1, choose=beauty):
     return np.stack([choose(render(folder, engine, samples, seed)) for seed in seeds])
 
 
-def assert_same_expectation(ours, native, block=4, quantile=5.0):
+def assert_same_expectation(ours, native, block=4, quantile=5.0, what="mean"):
     """Assert that two stacks of renders have the same mean, in every block of pixels.
 
     Blocks of `block` x `block` pixels are averaged first, so that a block's mean over the seeds is close to normal;
@@ -195,7 +195,7 @@ def assert_same_expectation(ours, native, block=4, quantile=5.0):
     # A block that few samples light has a poorly known variance: use no less than a fifth of the median one.
     error = np.maximum(error, 0.2 * np.median(error, axis=(0, 1)))
     worst = np.abs(difference) / (quantile * error + 1e-5 + 1e-4 * np.abs(native.mean(axis=0)))
-    assert worst.max() <= 1.0, f"mean differs by {worst.max() * quantile:.1f} standard errors at {np.argmax(worst)}"
+    assert worst.max() <= 1.0, f"{what} differs by {worst.max() * quantile:.1f} standard errors at {np.argmax(worst)}"
     return difference
 
 

@@ -91,6 +91,12 @@ def test_rolling_shutter():
     render_expecting("Rolling Shutter")
 
 
+def test_culling():
+    scene = build_scene()
+    scene.render.use_simplify = scene.cycles.use_distance_cull = True
+    render_expecting("Culling")
+
+
 def test_mist_of_an_orthographic_camera():
     build_scene().camera.data.type = "ORTHO"
     bpy.context.view_layer.use_pass_mist = True
