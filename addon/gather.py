@@ -106,7 +106,7 @@ def _check_passes(scene, layer):
             f'The Vector pass of view layer "{layer.name}" cannot be rendered with Spectral Tiles; '
             "switch the pass off, or render it with Cycles"
         )
-    if layer.use_pass_mist and scene.camera is not None and scene.camera.data.type == "ORTHO":
+    if layer.use_pass_mist and getattr(scene.camera and scene.camera.data, "type", "") == "ORTHO":
         raise Refused(
             f'The Mist pass of view layer "{layer.name}" cannot be rendered with Spectral Tiles and an orthographic '
             "camera; switch the pass off, or render it with Cycles"

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import generator
-from addon import plan
+from addon import forecast, plan
 from tests import rendering
 
 
@@ -68,8 +68,10 @@ def test_a_render_changes_nothing():
 
 def test_no_camera():
     scene = build_scene()
+    bpy.context.view_layer.use_pass_mist = True
     bpy.data.objects.remove(scene.camera)
     render_expecting("camera")
+    assert len(forecast.refusals(scene, bpy.context.view_layer)) == 1
 
 
 def test_custom_camera():
@@ -189,3 +191,43 @@ def test_cycles_panels_show(extension):
     for name in panels:
         assert "SPECTRAL_TILES" in getattr(bpy.types, name).COMPAT_ENGINES
     assert "SPECTRAL_TILES" not in bpy.types.CYCLES_RENDER_PT_sampling_render.COMPAT_ENGINES
+
+
+@pytest.mark.parametrize("persistent", [False, True])
+def test_changes_between_renders_count(tmp_path, persistent):
+    """Nothing of an earlier render is left in a later one, though Blender may keep its evaluated scene."""
+    scene = build_scene()
+    scene.render.use_persistent_data = persistent
+    rendering.slide(scene.camera, (-1, -5, 5), (1, -5, 5))
+
+    def changed(lens, width, denoise, frame):
+        scene.camera.data.lens, scene.cycles.filter_width = lens, width
+        scene.cycles.pixel_filter_type = "BLACKMAN_HARRIS"
+        scene.cycles.use_denoising = denoise
+        scene.frame_set(frame)
+        return rendering.beauty(rendering.render(tmp_path, "SPECTRAL_TILES"))
+
+    settings = [(50, 1.5, False, 1), (30, 1.5, False, 1), (30, 2.5, True, 1), (30, 2.5, True, 2), (50, 1.5, False, 1)]
+    images = [changed(*each) for each in settings]
+    scene.render.use_persistent_data = False
+    for image, each in zip(images, settings, strict=True):
+        assert np.array_equal(image, changed(*each))
+    assert not np.array_equal(images[0], images[1])
+
+
+@pytest.mark.skipif(not os.path.exists("/proc/self/statm"), reason="reads this process's size as Linux tells it")
+def test_many_renders_do_not_leak():
+    scene = build_scene()
+
+    def megabytes():
+        with open("/proc/self/statm") as file:
+            return int(file.read().split()[1]) * os.sysconf("SC_PAGE_SIZE") / 2**20
+
+    def render(count):
+        for _ in range(count):
+            scene.spectral_tiles.seed += 1
+            bpy.ops.render.render()
+        return megabytes()
+
+    before = render(30)
+    assert render(100) < before + 10
