@@ -6,7 +6,7 @@ import os
 import bpy
 import numpy as np
 
-from . import openimageio, still
+from . import still
 
 # Engine to the name of its pictures.
 ENGINES = {"CYCLES": "cycles", "SPECTRAL_TILES": "spectral_tiles"}
@@ -88,7 +88,14 @@ def _render(scene, engine, samples, seed, stem):
 
 
 def _luminance(path):
-    return openimageio.load().ImageBuf(path).get_pixels("float")[..., :3] @ _LUMINANCE
+    """Luminance of an EXR picture, (height, width), read by Blender itself: some builds have no OpenImageIO module."""
+    image = bpy.data.images.load(path, check_existing=False)
+    image.colorspace_settings.name = "Non-Color"  # as it was rendered
+    width, height = image.size
+    pixels = np.empty(width * height * 4, np.float32)
+    image.pixels.foreach_get(pixels)
+    bpy.data.images.remove(image)
+    return pixels.reshape(height, width, 4)[..., :3] @ _LUMINANCE
 
 
 def _errors(pictures, halves, sigma):
