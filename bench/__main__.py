@@ -43,7 +43,8 @@ def _times(options: argparse.Namespace, scenes: Sequence[str], pairs: int) -> st
 
 
 def _quality(options: argparse.Namespace) -> str:
-    settings = Settings(size=(256, 256) if options.quick else (512, 512), bounces=options.bounces)
+    size = (256, 256) if options.quick else (512, 512)
+    settings = Settings(size=size, bounces=options.bounces, driver=options.driver)
     samples, seeds = ((1,), 2) if options.quick else (options.samples, options.seeds)
     scenes = [scene_file(name) for name in options.scenes]
     return quality.report(scenes, settings, samples, range(seeds), _reference_samples(options), options.native_only)
@@ -127,6 +128,7 @@ def _parser() -> argparse.ArgumentParser:
     over_scenes.add_argument("--samples", type=_counts, default=(1, 2, 4, 16), help="samples a pixel, as in 1,2,4,16")
     over_scenes.add_argument("--bounces", type=_bounces, default=None, help="'own' (the scene's) or a number")
     over_scenes.add_argument("--seeds", type=int, default=4, help="images of each engine and sample count")
+    over_scenes.add_argument("--driver", choices=("AUTO", "GATHER", "SUBRENDER"), default="AUTO", help="of our engine")
     over_scenes.add_argument("--native-only", action="store_true", help=f"only {AUTOMATIC} against Tabulated Sobol")
     over_scenes.set_defaults(run=_quality)
 

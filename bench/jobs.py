@@ -40,6 +40,8 @@ class Settings:
         Total bounces allowed, None for the scene's own.
     tile : str
         What our engine follows: ``AUTO``, a shipped tile by its identifier, or a tile file's path.
+    driver : str
+        Of our engine, `spectral_tiles.driver`.
     first_sample : int
         Index of the first sample in native Cycles' sequence. Number 0 sits in the middle of its pixel; the others are
         anywhere in the pixel's filter.
@@ -54,6 +56,7 @@ class Settings:
     size: tuple[int, int] = (512, 512)
     bounces: int | None = None
     tile: str = "AUTO"
+    driver: str = "AUTO"
     first_sample: int = 0
     adaptive: bool = False
     denoise: bool = False
@@ -143,6 +146,8 @@ def _image_path(scene: SceneFile, settings: Settings, seed: int) -> Path:
         parts.append(f"tile_{hashlib.sha256(Path(settings.tile).read_bytes()).hexdigest()[:12]}")
     elif settings.tile != Settings.tile:
         parts.append(f"tile_{settings.tile}")
+    if settings.engine == TILES and settings.driver != Settings.driver:
+        parts.append(settings.driver.lower())
     if settings.first_sample:
         parts.append(f"from_{settings.first_sample}")
     parts += [name for name in ("adaptive", "denoise") if getattr(settings, name)]

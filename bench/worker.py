@@ -86,11 +86,11 @@ def prepare(scene: bpy.types.Scene, settings: dict) -> None:
         bring_to_rest(scene)
     if settings["bounces"] is not None:
         cycles.max_bounces = settings["bounces"]
-    _use_engine(scene, settings["engine"], settings["samples"], settings["tile"])
+    _use_engine(scene, settings["engine"], settings["samples"], settings["tile"], settings["driver"])
     scene.cycles.samples = settings["first_sample"] + settings["samples"]
 
 
-def _use_engine(scene: bpy.types.Scene, engine: str, samples: int, tile: str) -> None:
+def _use_engine(scene: bpy.types.Scene, engine: str, samples: int, tile: str, driver: str) -> None:
     """Choose native Cycles with a sampling pattern, or our engine with a tile."""
     if engine == TILES:
         scene.render.engine = TILES
@@ -99,6 +99,7 @@ def _use_engine(scene: bpy.types.Scene, engine: str, samples: int, tile: str) ->
             scene.spectral_tiles.tile_path = tile
             tile = "FILE"
         scene.spectral_tiles.tile = tile
+        scene.spectral_tiles.driver = driver
     else:
         scene.render.engine = "CYCLES"
         scene.cycles.sampling_pattern = engine
