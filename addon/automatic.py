@@ -7,11 +7,10 @@ import numpy as np
 
 from . import cycles_random, modes
 from .arrangement import ALIGNMENT, arrange
-from .film import scatter
 from .plan import Plan, memory
 
 # Blocks of the sequence are arranged within windows of this many pixels a side, a multiple of `ALIGNMENT`.  Windows
-# that are worked at take about 120 bytes a pixel, so only one in `_SPREAD` is at a time.
+# that are worked at take 200 to 300 bytes a pixel, so only one in `_SPREAD` is at a time.
 _WINDOW, _SPREAD = 384, 7
 
 # Modes of the error that are weighed, and pixels that tell which these are.
@@ -89,7 +88,7 @@ def make(use, region, samples, seed, frame=None, sequence=None):
     seed : int
         Another seed gives another, equally good plan.
     frame : int, optional
-        Of an animation whose pattern changes from frame to frame.
+        Of an animation whose pattern changes from frame to frame.  The first one costs as much as all of its group.
     sequence : int, optional
         Samples a pixel of Cycles' whole sequence, if those are only the first of it.
 
@@ -99,23 +98,22 @@ def make(use, region, samples, seed, frame=None, sequence=None):
     """
     chosen = tuple(groups(use))
     group, first_seed, place = place_in_group(seed, frame)
-
-    def remembered(first, place):
-        key = (chosen, region, samples, sequence or samples, first, place)
-        return memory.get(key, lambda: _arrange(*key[:4], first + place, [remembered(first, i) for i in range(place)]))
-
-    if region.pixels <= _LARGE:
-        return remembered(first_seed, place)
-    shift = np.random.default_rng((seed, group % 2**32)).integers(0, region.size)
-    return remembered(0, place).moved(*shift)
+    is_large = region.pixels > _LARGE
+    frames = 1 if frame is None else _GROUP
+    key = (chosen, region, samples, sequence or samples, 0 if is_large else first_seed, frames)
+    plan = memory.get(key, lambda: _arrange(*key))[place]
+    if not is_large:
+        return plan
+    return plan.moved(*np.random.default_rng((seed, group % 2**32)).integers(0, region.size))
 
 
-def _arrange(chosen, region, samples, sequence, seed, earlier):
-    """Plan that complements the plans of earlier frames of its group."""
+def _arrange(chosen, region, samples, sequence, first_seed, frames):
+    """Plans of that many frames with consecutive seeds, each complementing those before it."""
     width = region.size[0]
-    film = np.arange(region.pixels, dtype=np.int32)
+    films = np.tile(np.arange(region.pixels, dtype=np.int32), (frames, 1))
+    plans = [Plan(first_seed + place, width, film) for place, film in enumerate(films)]
     if not chosen:
-        return Plan(seed, width, film)
+        return plans
     dims = sorted({name for group, _ in chosen for name in group})
 
     def numbers(ranks):
@@ -125,31 +123,24 @@ def _arrange(chosen, region, samples, sequence, seed, earlier):
     candidates = modes.variances(chosen)
     error_modes = modes.strongest(candidates, numbers(np.arange(_TRIAL, dtype=np.uint32)), _MODES)
 
-    def before(x, y, inside):
-        seen = []
-        for plan, source in zip(earlier, sources, strict=True):
-            ranks = cycles_random.pixel_ranks(x, y, plan.seed)
-            row, column = np.divmod(source[((y - region.corner[1]) * width + (x - region.corner[0]))[inside]], width)
-            ranks[inside] = cycles_random.pixel_ranks(column + region.corner[0], row + region.corner[1], plan.seed)
-            seen.append(modes.features(error_modes, numbers(ranks)))
-        return (np.float32(WEIGHT) * sum(planes) for planes in zip(*seen, strict=True))
-
     def fill(window):
         y, x = (_aligned(part, start) for part, start in zip(window, region.corner[::-1], strict=True))
         y, x = y[:, None], x[None, :]
-        ranks = cycles_random.pixel_ranks(x, y, seed)
         inside = region.holds(x, y)
-        here = modes.features(error_modes, numbers(ranks))
-        order = arrange(here, len(error_modes), ranks, inside, before(x, y, inside) if earlier else None)
         place = (y - region.corner[1]) * width + (x - region.corner[0])
-        film[place.ravel()[order[inside]]] = place[inside]
+        before = None
+        for plan in plans:
+            ranks = cycles_random.pixel_ranks(x, y, plan.seed)
+            here = list(modes.features(error_modes, numbers(ranks)))
+            order = arrange(here, len(error_modes), ranks, inside, before)
+            plan.film[place.ravel()[order[inside]]] = place[inside]
+            seen = [np.float32(WEIGHT) * feature.ravel()[order] for feature in here]
+            before = seen if before is None else [a + b for a, b in zip(before, seen, strict=True)]
 
-    # Which render pixel serves each film pixel.
-    sources = [scatter(np.arange(region.pixels), plan.film) for plan in earlier]
     windows = region.windows(_WINDOW)
     with concurrent.futures.ThreadPoolExecutor(max(1, len(windows) // _SPREAD)) as threads:
         list(threads.map(fill, windows))
-    return Plan(seed, width, film)
+    return plans
 
 
 def _aligned(part, start):

@@ -14,8 +14,8 @@ import numpy as np
 from . import openimageio
 from .failure import Refused
 
-# Plans kept for the next frames and renders of this process: 4 to 12 bytes a pixel each.
-_REMEMBERED = 8
+# Plans, or groups of them, kept for the next frames and renders of this process: 4 to 16 bytes a pixel each.
+_REMEMBERED = 4
 
 
 @dataclass(frozen=True)
@@ -100,7 +100,7 @@ def _write_image(path, pixels):
 
 
 class Memory:
-    """The last few plans, by what they were made from.  Renders and previews may ask from several threads."""
+    """The last few plans, or lists of them, by what they were made from.  Several threads may ask."""
 
     def __init__(self):
         self._plans = collections.OrderedDict()
