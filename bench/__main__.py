@@ -86,6 +86,12 @@ def _effort(options: argparse.Namespace) -> paper.Effort:
     return paper.Effort(options.experiments, options.lines, seeds, samples, options.spectrum)
 
 
+def _cycles_tile(options: argparse.Namespace) -> str:
+    from bench import cycles_tile  # imports Blender, which the other commands leave to their workers
+
+    return cycles_tile.write(options.out, options.size, options.dims.split(","), options.samples, options.seed)
+
+
 def _reference_samples(options: argparse.Namespace) -> int:
     return options.reference_samples or (QUICK_SAMPLES if options.quick else SAMPLES)
 
@@ -183,6 +189,14 @@ def _parser() -> argparse.ArgumentParser:
     page.add_argument("--pairs", type=int, default=3, help="pairs of timed processes")
     page.add_argument("--readme", action="store_true", help="renew README's pictures and table too")
     page.set_defaults(run=_report, spectrum=(100,))
+
+    cycles = commands.add_parser("cycles-tile", help="Cycles' own blue noise as a tile for `generator compare`")
+    cycles.add_argument("--size", type=int, default=64, help="side in pixels")
+    cycles.add_argument("--dims", default="t,lens.u,lens.v,light.u,light.v", help="names, comma-separated")
+    cycles.add_argument("--samples", type=int, default=1, help="samples of a pixel")
+    cycles.add_argument("--seed", type=int, default=0, help="Cycles' seed")
+    cycles.add_argument("--out", required=True, help="tile to write, .npz or .exr")
+    cycles.set_defaults(run=_cycles_tile)
     return parser
 
 

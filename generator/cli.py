@@ -5,15 +5,17 @@ import json
 import sys
 from pathlib import Path
 
+from .atomic_file import replacing
 from .dimensions import DIMENSIONS
 from .library import make_library
 from .methods import METHODS, make_tile
 from .plots import save_figures
 from .progress import ProgressBar
+from .step_test import SIGMAS
 from .tables import analysis_lines, comparison_lines, step_test_lines
 from .test_functions import KINDS
 from .tile import GENERATOR_VERSION
-from .tile_file import check_path, load_tile, save_tile
+from .tile_file import check_path, load_array, load_tile, save_tile
 
 EXIT_BAD_INPUT = 2
 EXIT_INTERRUPTED = 130
@@ -54,7 +56,9 @@ def _parser(program):
     test.set_defaults(run=_test)
 
     compare = commands.add_parser("compare", help="print the step tests of several tiles as a Markdown table")
-    compare.add_argument("file", nargs="+")
+    compare.add_argument("file", nargs="+", help="tile, or NAME=tile; also .npy arrays of other programs")
+    compare.add_argument("--dims", default=",".join(DIMENSIONS[:5]), help="of .npy arrays (default %(default)s)")
+    compare.add_argument("--out", help="Markdown file to write (default: print)")
     _add_test_options(compare)
     compare.set_defaults(run=_compare)
 
@@ -78,6 +82,23 @@ def _add_test_options(parser):
     parser.add_argument("--functions", type=int, default=400, help="random functions a subset (default %(default)s)")
     parser.add_argument("--kind", choices=KINDS, default="step", help="kind of functions (default %(default)s)")
     parser.add_argument("--seed", type=int, default=0, help="seed of the functions (default %(default)s)")
+    parser.add_argument("--sigmas", type=_numbers(float), default=SIGMAS, help="of the filters, as in 0,1,2,4")
+    parser.add_argument("--layers", type=_numbers(int, 2), help="first and last one to look at, from 0, as in 0,3")
+
+
+def _numbers(kind, count=None):
+    """Return a parser of numbers separated by commas, as many as `count` if that is given."""
+
+    def parse(text):
+        try:
+            numbers = tuple(map(kind, text.split(",")))
+        except ValueError:
+            numbers = ()
+        if not numbers or count not in (None, len(numbers)):
+            raise argparse.ArgumentTypeError(f"expected {count or 'some'} numbers such as 0,3, got {text!r}")
+        return numbers
+
+    return parse
 
 
 def _pairs(key):
@@ -112,13 +133,28 @@ def _print(lines):
     print("\n".join(lines))
 
 
+def _looked_at(tile, options):
+    return tile.layers(*options.layers) if options.layers else tile
+
+
 def _test(options, progress):
-    _print(step_test_lines(load_tile(options.file), options.functions, options.seed, options.kind))
+    tile = _looked_at(load_tile(options.file), options)
+    _print(step_test_lines(tile, options.sigmas, options.functions, options.seed, options.kind))
 
 
 def _compare(options, progress):
-    tiles = {Path(file).stem: load_tile(file) for file in options.file}
-    _print(comparison_lines(tiles, options.functions, options.seed, options.kind))
+    tiles = {}
+    for argument in options.file:
+        name, named, file = argument.partition("=")
+        file = Path(file if named else argument)
+        tile = load_array(file, options.dims.split(",")) if file.suffix == ".npy" else load_tile(file)
+        tiles[name if named else file.stem] = _looked_at(tile, options)
+    lines = comparison_lines(tiles, options.sigmas, options.functions, options.seed, options.kind)
+    if options.out is None:
+        _print(lines)
+        return
+    with replacing(options.out) as temporary:
+        temporary.write_text("\n".join(lines) + "\n", encoding="utf-8")
 
 
 def _analyse(options, progress):
@@ -147,16 +183,16 @@ def main(arguments=None, program="python -m generator"):
     Returns
     -------
     int
-        0, or 2 after bad input (one line on standard error), or 130 after Ctrl-C (nothing written).
+        0, or 2 after bad input (one line on standard error), or 130 after Ctrl-C (no partial file).
     """
     progress = ProgressBar(sys.stderr)
     try:
         options = _parser(program).parse_args(arguments)
         options.run(options, progress)
-    except (ValueError, OSError) as error:
-        print(f"generator: {' '.join(str(error).split())}", file=sys.stderr)
+    except (ValueError, OSError, MemoryError) as error:
+        print(f"generator: {' '.join(str(error).split()) or 'not enough memory'}", file=sys.stderr)
         return EXIT_BAD_INPUT
     except KeyboardInterrupt:
-        print(f"\ngenerator: interrupted {progress.reached()}, no file written", file=sys.stderr)
+        print(f"\ngenerator: interrupted {progress.reached()}, nothing half done is left", file=sys.stderr)
         return EXIT_INTERRUPTED
     return 0

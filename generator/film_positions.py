@@ -11,13 +11,15 @@ import numpy as np
 CANDIDATES = 32
 
 
-def film_positions(size, samples, rng, candidates=CANDIDATES):
+def film_positions(size, dims, samples, rng, candidates=CANDIDATES):
     """Return positions inside the pixels of a periodic film.
 
     Parameters
     ----------
     size : int
         Side T of the tile in pixels.
+    dims : tuple of str
+        ``film.x`` and ``film.y``, in this order.
     samples : int
         Samples n of a pixel.
     rng : numpy.random.Generator
@@ -28,7 +30,14 @@ def film_positions(size, samples, rng, candidates=CANDIDATES):
     -------
     ndarray of float64, shape (size, size, samples, 2), in [0, 1)
         Offsets (x, y) from the pixel's lower left corner, in pixels.
+
+    Raises
+    ------
+    ValueError
+        If `dims` are others.
     """
+    if dims != ("film.x", "film.y"):
+        raise ValueError(f"dims: expected film.x, film.y for film positions, got {', '.join(dims)}")
     values = np.full((size, size, samples, 2), np.inf)  # infinitely far: not yet there
     offsets = np.array([(dx, dy) for dy in (-1, 0, 1) for dx in (-1, 0, 1)])
     for layer in range(samples):

@@ -48,20 +48,18 @@ def frame_views(frames):
     return np.concatenate(rows)
 
 
-def coupling(views, emphasis):
+def coupling(views):
     """Return the matrix A such that e.A e is the weighted sum of the squared views of the layers' errors e.
 
     Parameters
     ----------
     views : ndarray, shape (views, n)
-    emphasis : float
-        All views of m layers have together the weight m**emphasis: 1 makes up for the variance of m independent
-        samples, more also for the better convergence of stratified ones.
+        All views of m layers have together the weight m, which makes up for the variance of m independent samples.
 
     Returns
     -------
     ndarray of float64, shape (n, n)
     """
     counts = np.count_nonzero(views, axis=1)
-    weights = [count**emphasis / np.sum(counts == count) for count in counts]
+    weights = [count / np.sum(counts == count) for count in counts]
     return np.einsum("v,vk,vl->kl", weights, views, views)

@@ -4,6 +4,7 @@ import numpy as np
 
 from .cook import cook_pixels
 from .dimensions import check_dims
+from .film_positions import film_positions
 from .jittered import stratified
 from .joint_scanning import joint_scanning
 from .n_rooks import n_rooks_pixels
@@ -17,6 +18,7 @@ METHODS = {
     "scanning": scanning,
     "joint-scanning": joint_scanning,
     "stratified": stratified,
+    "film-positions": film_positions,
     "cook": cook_pixels,
     "n-rooks": n_rooks_pixels,
     "white": white,

@@ -3,9 +3,12 @@
 The samples of a pixel should be stratified as well as a low-discrepancy sequence, after every power of two of them. All
 sequences that Owen scrambling can make of the first n Sobol points have this property (Owen 1998); they differ in one
 bit, flip or not, per inner node of the binary tree over each axis, and in the position inside the n strata. `OwenNets`
-finds the member of this family that is nearest to arbitrary points: a node is flipped if the points of its lower half
-lie, on average, above those of its upper half. An optimiser may then move the points freely, be judged by the nearest
-net, and turn whole branches over by moving points far enough.
+finds a member of this family that is near to arbitrary points: a node is flipped if the points of its lower half lie,
+on average, above those of its upper half. An optimiser may then move the points freely, be judged by the nearest net,
+and turn whole branches over by moving points far enough.
+
+In these averages sample k has the weight 1 / (k + 1), since the first samples are the ones that are seen alone. With
+equal weights the first one hardly gets where it should be: it is outvoted by those that share its half.
 
 As Cycles does, three numbers share one sequence, here (lens.u, lens.v, t) and (light.u, light.v, light.pick), the pair
 being the first two Sobol dimensions, a (0, 2)-sequence; the sets are decorrelated by shuffling the sample order within
@@ -116,9 +119,11 @@ class OwenNets:
         """
         pixels, samples, d = points.shape
         in_order = np.take_along_axis(points, self._sample_of_cell, axis=1)
+        weight = 1 / (1 + self._sample_of_cell)
         cell = np.zeros(points.shape, dtype=int)
         for level in range(self.bits):
-            halves = in_order.reshape(pixels, 2**level, 2, -1, d).mean(axis=3)
+            middle = cell / samples + 0.5 ** (level + 1)
+            halves = (weight * (in_order - middle)).reshape(pixels, 2**level, 2, -1, d).sum(axis=3)
             flip = halves[:, :, 0] > halves[:, :, 1]
             bit = np.stack([flip, ~flip], axis=2).astype(int)
             cell |= np.repeat(bit.reshape(pixels, -1, d), samples >> level + 1, axis=1) << self.bits - level - 1

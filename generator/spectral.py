@@ -26,13 +26,8 @@ At 0, the error inside single pixels, only means over several layers count."""
 FRAME_SCALES = SCALES | {0.0: 7.0}
 """The same for frames, where the error inside a pixel is what flickers."""
 
-SAMPLE_EMPHASIS = 2.0
-FRAME_EMPHASIS = 1.0
-"""How much means over many layers count, see `generator.layer_views.coupling`: a still image is mostly looked at when
-all samples are there, an animation also frame by frame."""
-
 STEPS = 4000
-STEP_SIZES = (0.05, 0.0002)
+STEP_SIZES = (0.2, 0.0002)
 """First and last step size, in units of the cube's side; geometric in between."""
 
 _MOMENTUM, _SCALING = 0.9, 0.99  # Adam's two decay rates
@@ -134,7 +129,7 @@ def spectral(size, dims, samples, rng, frames=1, weights=None, scales=None, step
     _check_scales(scales)
     subsets = _subset_weights(dims, weights)
     views = prefix_views(samples) if frames == 1 else frame_views(frames)
-    terms = passbands(size, views, scales, SAMPLE_EMPHASIS if frames == 1 else FRAME_EMPHASIS)
+    terms = passbands(size, views, scales)
     error = VisibleError(terms, subsets, resolution=np.count_nonzero(views, axis=1).max())
     layers, pixels = samples * frames, size * size
     strata = Strata(pixels, dims, samples, frames, rng)

@@ -24,7 +24,7 @@ def relative_error(values, sigmas=SIGMAS, functions=400, seed=0, kind="step"):
     values : ndarray, shape (T, T, n, d)
         The columns of a tile to be judged jointly.
     sigmas : sequence of float
-        Standard deviations of the low-pass filter in pixels.
+        Standard deviations of the low-pass filter in pixels; 0 looks at every pixel alone.
     functions : int
         How many random functions to draw.
     seed : int
@@ -36,7 +36,17 @@ def relative_error(values, sigmas=SIGMAS, functions=400, seed=0, kind="step"):
     -------
     ndarray of float64, shape (len(sigmas),)
         Ratios of mean squares; white noise with the same n has expectation 1.
+
+    Raises
+    ------
+    ValueError
+        If `functions` is not positive, a sigma is not a number from 0 up, or `kind` is unknown.
     """
+    if functions < 1:
+        raise ValueError(f"functions: expected a positive number, got {functions}")
+    for sigma in sigmas:
+        if not 0 <= sigma < np.inf:
+            raise ValueError(f"sigmas: expected numbers that are not negative, got {sigma!r}")
     size, _, samples, d = values.shape
     rng = np.random.default_rng(seed)
     points = np.asarray(values, dtype=np.float64).reshape(-1, d)
@@ -62,8 +72,6 @@ def step_test(tile, sigmas=SIGMAS, functions=400, seed=0, kind="step"):
         Subset label (see `generator.dimensions.marginal_subsets`) to relative errors; parameters as in
         `relative_error`.
     """
-    if functions < 1:
-        raise ValueError(f"functions: expected a positive number, got {functions}")
     return {
         label: relative_error(tile.values[..., list(columns)], sigmas, functions, seed, kind)
         for label, columns in marginal_subsets(tile.dims).items()

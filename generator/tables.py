@@ -1,29 +1,31 @@
 """Tables for the command line: the analysis of one tile, the step test of one or several."""
 
+import numpy as np
+
 from .dimensions import marginal_subsets
 from .periodogram import cylinder_power
 from .statistics import correlations, summary
-from .step_test import SIGMAS, relative_error, step_test
+from .step_test import relative_error, step_test
 
 
-def step_test_lines(tile, functions, seed, kind):
+def step_test_lines(tile, sigmas, functions, seed, kind):
     """Return the step test of a tile as lines of text; 1 is white noise, lower is better."""
-    table = step_test(tile, SIGMAS, functions, seed, kind)
+    table = step_test(tile, sigmas, functions, seed, kind)
     width = max(map(len, table))
-    lines = ["  ".join([" " * width, *(f"sigma {sigma:g}" for sigma in SIGMAS)])]
+    lines = ["  ".join([" " * width, *(f"sigma {sigma:g}" for sigma in sigmas)])]
     for label, errors in table.items():
         lines.append("  ".join([f"{label:{width}}", *(f"{error:7.3f}" for error in errors)]))
     return lines
 
 
-def comparison_lines(tiles, functions, seed, kind):
-    """Return the step tests of several tiles side by side as a Markdown table.
+def comparison_lines(tiles, sigmas, functions, seed, kind):
+    """Return the step tests of several tiles side by side as a Markdown table; the lowest errors are bold.
 
     Parameters
     ----------
     tiles : dict of str to Tile
         Heading to tile; only the dimensions that all of them have are compared.
-    functions, seed, kind
+    sigmas, functions, seed, kind
         As in `generator.step_test.relative_error`.
 
     Raises
@@ -35,14 +37,23 @@ def comparison_lines(tiles, functions, seed, kind):
     dims = tuple(dim for dim in first.dims if all(dim in tile.dims for tile in tiles.values()))
     if not dims:
         raise ValueError("compare: expected tiles with a dimension in common, got none")
-    scales = " / ".join(f"{sigma:g}" for sigma in SIGMAS)
-    lines = [f"| sigma {scales} | " + " | ".join(tiles) + " |", "|---" * (len(tiles) + 1) + "|"]
+    scales = " / ".join(f"{sigma:g}" for sigma in sigmas)
+    lines = [
+        f"Step test: mean square error of {functions} functions ({kind}, seed {seed}) after Gaussians of {scales} "
+        "pixels; white noise is 1, the lowest error is bold.",
+        "",
+        f"| sigma {scales} | " + " | ".join(tiles) + " |",
+        "|---" * (len(tiles) + 1) + "|",
+    ]
     for label, columns in marginal_subsets(dims).items():
         names = [dims[column] for column in columns]
-        cells = []
-        for tile in tiles.values():
-            errors = relative_error(tile.columns(*names), SIGMAS, functions, seed, kind)
-            cells.append(" ".join(f"{error:.3f}" for error in errors))
+        errors = [relative_error(tile.columns(*names), sigmas, functions, seed, kind) for tile in tiles.values()]
+        lowest = np.min(errors, axis=0)
+        marks = np.where(errors == lowest, "**", "")
+        cells = [
+            " ".join(f"{mark}{error:.3f}{mark}" for error, mark in zip(*row, strict=True))
+            for row in zip(errors, marks, strict=True)
+        ]
         lines.append(f"| {label} | " + " | ".join(cells) + " |")
     return lines
 

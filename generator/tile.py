@@ -10,7 +10,7 @@ import numpy as np
 from .dimensions import check_dims
 
 FORMAT_VERSION = 1
-GENERATOR_VERSION = "1.0.0"
+GENERATOR_VERSION = "1.1.0"
 
 LARGEST_BELOW_ONE = np.float32(1) - np.float32(2**-24)
 
@@ -81,6 +81,18 @@ class Tile:
     def samples(self):
         """Number n of layers."""
         return self.values.shape[2]
+
+    def layers(self, first, last):
+        """Return the tile of the layers `first` to `last`, counted from 0, the last one included.
+
+        Raises
+        ------
+        ValueError
+            If the tile does not have them.
+        """
+        if not 0 <= first <= last < self.samples:
+            raise ValueError(f"layers: expected two numbers in order from 0 to {self.samples - 1}, got {first}, {last}")
+        return Tile(self.dims, self.values[:, :, first : last + 1], self.metadata)
 
     def columns(self, *names):
         """Return the values of some dimensions, in the order asked for.

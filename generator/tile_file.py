@@ -1,4 +1,4 @@
-"""Tile files: ``.npz``, the native format, and ``.exr`` through `generator.exr`."""
+"""Tile files: ``.npz``, the native format, ``.exr`` through `generator.exr`, and plain arrays of other programs."""
 
 import json
 import zipfile
@@ -10,6 +10,9 @@ import numpy as np
 from . import exr
 from .atomic_file import replacing
 from .tile import FORMAT_VERSION, Tile
+
+IMPORTED = {"method": "imported"}
+"""Metadata of tiles that other programs wrote."""
 
 
 def check_path(path):
@@ -70,7 +73,7 @@ def _read_npz(path):
             if missing:
                 raise ValueError(f"{path}: expected a tile, got an archive without {', '.join(sorted(missing))}")
             dims = tuple(str(name) for name in np.atleast_1d(archive["dims"]))
-            metadata = str(archive["metadata"]) if "metadata" in archive else '{"method": "imported"}'
+            metadata = str(archive["metadata"]) if "metadata" in archive else json.dumps(IMPORTED)
             return dims, archive["values"], metadata
     except (zipfile.BadZipFile, zlib.error, EOFError) as error:
         raise ValueError(f"{path}: expected a tile, got a damaged file ({error})") from error
@@ -106,4 +109,34 @@ def load_tile(path):
     try:
         return Tile(dims, values, metadata)
     except ValueError as error:
+        raise ValueError(f"{path}: {error}") from error
+
+
+def load_array(path, dims):
+    """Read a tile of another program, an array without names.
+
+    Parameters
+    ----------
+    path : str or Path
+        A ``.npy`` file of floating point numbers in [0, 1), shape (T, T, D) or (T, T, n, D), y upwards.
+    dims : sequence of str
+        Names of the D dimensions.
+
+    Returns
+    -------
+    Tile
+
+    Raises
+    ------
+    ValueError
+        If the file is damaged, or its values are none of a tile of these dimensions.
+    OSError
+        If the file cannot be read, such as FileNotFoundError.
+    """
+    try:
+        values = np.load(path, allow_pickle=False)
+        if not isinstance(values, np.ndarray):
+            raise ValueError("expected one array, got an archive of several")
+        return Tile(dims, values[:, :, None] if values.ndim == 3 else values, IMPORTED)
+    except (ValueError, EOFError) as error:
         raise ValueError(f"{path}: {error}") from error

@@ -91,8 +91,10 @@ def test_compare_prints_markdown(tile_path, tmp_path, capsys):
     save_tile(make_tile("white", 16, ("lens.u", "lens.v", "film.x"), seed=1), tmp_path / "b.npz")
     assert cli.main(["compare", str(tile_path), str(tmp_path / "b.npz"), "--functions", "20"]) == 0
     lines = capsys.readouterr().out.splitlines()
-    assert lines[0] == "| sigma 1 / 2 / 4 | a | b |"
-    assert [line.split("|")[1].strip() for line in lines[2:]] == ["lens"]
+    assert lines[0].startswith("Step test: mean square error of 20 functions")
+    assert lines[2] == "| sigma 1 / 2 / 4 | a | b |"
+    assert [line.split("|")[1].strip() for line in lines[4:]] == ["lens"]
+    assert all(lines[4].split("|")[column].count("**") % 2 == 0 for column in (2, 3)) and lines[4].count("**") == 6
     save_tile(make_tile("white", 16, ("film.x",), seed=1), tmp_path / "c.npz")
     assert cli.main(["compare", str(tile_path), str(tmp_path / "c.npz")]) == 2
 

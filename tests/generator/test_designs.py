@@ -127,7 +127,8 @@ def test_best_candidates_on_the_sphere_are_isotropic(rng):
 
 
 def test_film_positions_are_in_their_pixels_and_spread():
-    spread, jitter = (film_positions(12, 2, np.random.default_rng(1), candidates)[..., :2] for candidates in (32, 1))
+    dims = ("film.x", "film.y")
+    spread, jitter = (film_positions(12, dims, 2, np.random.default_rng(1), candidates) for candidates in (32, 1))
     assert spread.min() >= 0 and spread.max() < 1
 
     def nearest(values):

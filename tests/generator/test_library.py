@@ -7,7 +7,7 @@ from generator import library, load_tile
 
 @pytest.fixture
 def small(monkeypatch):
-    monkeypatch.setattr(library, "SIZES", {1: 8, 4: 8, 16: 8})
+    monkeypatch.setattr(library, "SIZE", 8)
     monkeypatch.setattr(library, "STEPS", {1: 3, 4: 3, 16: 3})
 
 
@@ -39,5 +39,5 @@ def test_unknown_names_are_refused(tmp_path):
 
 def test_the_library_is_small_enough():
     """Raw size; the files are compressed."""
-    values = sum(library.SIZES[r.samples] ** 2 * r.samples * len(library.PROFILES[r.profile]) for r in library.RECIPES)
+    values = sum(library.SIZE**2 * r.samples * len(library.PROFILES[r.profile]) for r in library.RECIPES)
     assert 4 * values < 10e6

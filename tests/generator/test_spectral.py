@@ -30,7 +30,7 @@ def test_gradient_is_that_of_the_power(views):
     layers = views.shape[1]
     points = rng.random((layers, 64, 3)).astype(np.float32)
     waves = draw_waves((0, 2), 5, rng)
-    terms = passbands(8, views, SCALES, emphasis=1.2)
+    terms = passbands(8, views, SCALES)
     gradient = filtered_gradient(points, waves, terms)
     differences = np.empty(gradient.shape)
     for layer, point, column in np.ndindex(differences.shape):
