@@ -19,23 +19,29 @@ def _remembered(memory, depsgraph, find):
     return memory[key]
 
 
-def uses(layer):
-    """What the scene's noise comes from, such as "Motion blur, lens and 3 lights".
+def scene_use(layer):
+    """What a view layer uses, without evaluating it.
 
     Parameters
     ----------
     layer : bpy.types.ViewLayer
-        As the viewport shows it; nothing is evaluated for this.
+        As the viewport shows it.
 
     Returns
     -------
-    str or None
+    analysis.SceneUse or None
         None as long as the view layer was never evaluated.
     """
     depsgraph = layer.depsgraph
     if depsgraph is None:
         return None
-    return sentence(analysis.scene_use(depsgraph, _remembered(_emitters, depsgraph, analysis.emitters)))
+    return analysis.scene_use(depsgraph, _remembered(_emitters, depsgraph, analysis.emitters))
+
+
+def uses(layer):
+    """What the scene's noise comes from, such as "Motion blur, lens and 3 lights"; None as `scene_use`."""
+    use = scene_use(layer)
+    return use and sentence(use)
 
 
 def sentence(use):

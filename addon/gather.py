@@ -170,7 +170,7 @@ def prepare(engine, depsgraph):
     use = scene_use(depsgraph)
     seed = settings.seed + (scene.frame_current if scene.cycles.use_animated_seed else 0)
     base, sequence, choose_levels = _rates(settings)
-    tile = library.tile(settings, scene.library)
+    tile = library.tile(settings, scene.library, use.dims)
     if tile is None:
         frame = scene.frame_current if scene.cycles.use_animated_seed else None
         sample_plan = automatic.make(use, region, settings.samples, settings.seed, frame, sequence)

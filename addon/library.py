@@ -11,9 +11,11 @@ from .failure import Refused
 
 try:  # as an extension, where the generator is a package beside this one
     from .. import generator
+    from ..generator.library import PROFILES, covering
     from ..generator.periodogram import mode_periodogram
 except ImportError:  # from a checkout, where `addon` and `generator` are top-level packages
     import generator
+    from generator.library import PROFILES, covering
     from generator.periodogram import mode_periodogram
 
 __all__ = ["ITEMS", "generator", "mode_periodogram", "tile"]
@@ -33,6 +35,7 @@ ITEMS = (
         "Arrange the samples of Cycles' own sequence for what the scene uses; the best choice for pictures",
         0,
     ),
+    ("SPECTRAL", "Spectral", "The shipped spectral tile that is made for what the scene uses", 2),
     *(
         (name.upper(), name.replace("_", " ").capitalize(), f"Tile {name}, shipped with Spectral Tiles", _number(name))
         for name in sorted(file.removesuffix(".npz") for file in os.listdir(_FOLDER) if file.endswith(".npz"))
@@ -41,7 +44,7 @@ ITEMS = (
 )
 
 
-def tile(settings, library=None):
+def tile(settings, library=None, dims=PROFILES["full"]):
     """The tile that the settings name, or None for the automatic arrangement.
 
     Parameters
@@ -49,6 +52,8 @@ def tile(settings, library=None):
     settings : properties.SpectralTilesSettings
     library : bpy.types.Library, optional
         Of the scene, for paths relative to it.
+    dims : tuple of str
+        Dimensions that the scene uses (`analysis.SceneUse.dims`).
 
     Returns
     -------
@@ -65,6 +70,8 @@ def tile(settings, library=None):
         if not settings.tile_path:
             raise Refused("No tile file is set; choose one under Render Properties > Spectral Tiles")
         path = bpy.path.abspath(settings.tile_path, library=library)
+    elif settings.tile == "SPECTRAL":
+        path = os.path.join(_FOLDER, "spectral", covering(dims).name + ".npz")
     else:
         path = os.path.join(_FOLDER, settings.tile.lower() + ".npz")
     try:

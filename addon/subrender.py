@@ -166,7 +166,7 @@ def prepare(engine, data, depsgraph):
         raise Refused("Blender does not keep the scene between sub-renders; switch on Persistent Data")
     use = scene_use(depsgraph)
     seed = settings.seed + (scene.frame_current if scene.cycles.use_animated_seed else 0)
-    tile = library.tile(settings, scene.library)
+    tile = library.tile(settings, scene.library, use.dims)
     if tile is None:
         frame = scene.frame_current if scene.cycles.use_animated_seed else None
         plan = cell_plan.arranged(use, settings.samples, settings.seed, frame)

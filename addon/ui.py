@@ -79,9 +79,11 @@ def _draw_tile_job(layout):
 
 def _draw_tile(layout, context):
     """Picture of the tile and its spectrum, and how well the last render could follow it."""
-    scene = context.scene
+    scene, use = context.scene, forecast.scene_use(context.view_layer)
+    if use is None:
+        return
     try:
-        tile = library.tile(scene.spectral_tiles, scene.library)
+        tile = library.tile(scene.spectral_tiles, scene.library, use.dims)
     except Refused:
         return  # the forecast says why
     if tile is None:

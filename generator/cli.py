@@ -73,7 +73,7 @@ def _parser(program):
 
     library = commands.add_parser("library", help="make the tiles that the add-on ships")
     library.add_argument("--out", required=True, help="folder; tiles that are there already are kept")
-    library.add_argument("--only", help="names such as motion-1,full-4 (default: all)")
+    library.add_argument("--only", help="names such as motion-1,full-1 (default: all)")
     library.set_defaults(run=_library)
     return parser
 

@@ -1,9 +1,12 @@
 """The command line: what it writes, and how it refuses."""
 
+import _thread
+import threading
+
 import numpy as np
 import pytest
 
-from generator import cli, load_tile
+from generator import cli, exr, load_tile
 
 
 def make(path, *options):
@@ -45,6 +48,14 @@ def test_info_and_test_print_what_the_tile_holds(tmp_path, capsys):
         ["make", "--weights", "lens+t=1", "--out", "a.npz"],
         ["make", "--scales", "0=1", "--out", "a.npz"],
         ["make", "--method", "white", "--out", "missing/a.npz"],
+        ["make", "--method", "cook", "--samples", "5", "--out", "a.npz"],
+        ["make", "--method", "film-positions", "--out", "a.npz"],
+        ["make", "--steps", "0", "--out", "a.npz"],
+        ["make", "--frames", "0", "--out", "a.npz"],
+        ["make", "--dims", "", "--out", "a.npz"],
+        ["make", "--dims", "t,t", "--out", "a.npz"],
+        ["make", "--scales", "nan=1", "--out", "a.npz"],
+        ["library", "--only", "sound-1", "--out", "library"],
         ["make"],
         ["info", "missing.npz"],
         ["test", "missing.npz"],
@@ -59,6 +70,65 @@ def test_bad_input_is_one_line_and_exit_code_2(arguments, tmp_path, monkeypatch,
     assert not list(tmp_path.iterdir())
 
 
+def npz(path, **values):
+    np.savez(path, **{"dims": ["t"]} | values)
+
+
+def truncated(path):
+    make(path)
+    path.write_bytes(path.read_bytes()[:300])
+
+
+BAD_FILES = {
+    "text.npz": lambda path: path.write_text("hello"),
+    "truncated.npz": truncated,
+    "truncated.exr": truncated,
+    "nan.npz": lambda path: npz(path, values=np.full((4, 4, 1, 1), np.nan)),
+    "one.npz": lambda path: npz(path, values=np.ones((4, 4, 1, 1))),
+    "oblong.npz": lambda path: npz(path, values=np.zeros((4, 5, 1, 1))),
+    "nameless.npz": lambda path: np.savez(path, values=np.zeros((4, 4, 1, 1))),
+    "colours.exr": lambda path: exr.write(path, ("R", "G", "B"), np.zeros((4, 4, 1, 3), np.float32), "{}"),
+    "truncated.npy": lambda path: path.write_bytes(b"\x93NUMPY\x01\x00"),
+    "short.npy": lambda path: np.save(path, np.zeros((4, 4, 2))),
+}
+
+
+@pytest.mark.parametrize("name", BAD_FILES)
+def test_a_bad_file_is_one_line_that_names_it(name, tmp_path, capsys):
+    BAD_FILES[name](tmp_path / name)
+    assert cli.main(["compare", str(tmp_path / name)]) == 2
+    lines = capsys.readouterr().err.splitlines()
+    assert len(lines) == 1 and name in lines[0] and "expected" in lines[0]
+
+
+@pytest.mark.parametrize(
+    "options",
+    [["--functions", "0"], ["--kind", "ramp"], ["--sigmas", "-1"], ["--sigmas", "a"], ["--layers", "0"],
+     ["--layers", "1,9"], ["--dims", "t"]],
+)  # fmt: skip
+def test_bad_options_of_a_test_are_one_line(options, tmp_path, capsys):
+    np.save(tmp_path / "a.npy", np.zeros((4, 4, 5)))
+    assert cli.main(["compare", str(tmp_path / "a.npy"), *options]) == 2
+    assert len(capsys.readouterr().err.splitlines()) == 1
+
+
+def test_arrays_of_others_are_compared_by_the_names_given(tmp_path):
+    make(tmp_path / "a.npz", "--dims", "t,lens.u,lens.v")
+    np.save(tmp_path / "b.npy", load_tile(tmp_path / "a.npz").values[:, :, 0])
+    arguments = ["compare", f"A={tmp_path / 'a.npz'}", f"B={tmp_path / 'b.npy'}", "--dims", "t,lens.u,lens.v"]
+    assert cli.main([*arguments, "--functions", "10", "--out", str(tmp_path / "table.md")]) == 0
+    header, _, *rows = (tmp_path / "table.md").read_text().splitlines()[2:]
+    assert header == "| sigma 1 / 2 / 4 | A | B |" and len(rows) == 3
+    assert all(row.split("|")[2] == row.split("|")[3] for row in rows)
+
+
+def test_single_layers_are_tested(tmp_path, capsys):
+    make(tmp_path / "a.npz", "--dims", "t", "--samples", "4")
+    arguments = ["test", str(tmp_path / "a.npz"), "--functions", "10", "--sigmas", "0,3"]
+    assert cli.main([*arguments, "--layers", "1,2"]) == 0
+    assert capsys.readouterr().out.split()[:4] == ["sigma", "0", "sigma", "3"]
+
+
 def test_an_interrupt_says_what_was_reached_and_leaves_no_file(tmp_path, monkeypatch, capsys):
     def interrupted(method, size, dims, seed, samples, progress, **parameters):
         progress(3, 10)
@@ -67,4 +137,12 @@ def test_an_interrupt_says_what_was_reached_and_leaves_no_file(tmp_path, monkeyp
     monkeypatch.setattr(cli, "make_tile", interrupted)
     assert make(tmp_path / "a.npz") == 130
     assert "30 % (3 of 10 steps)" in capsys.readouterr().err
+    assert not list(tmp_path.iterdir())
+
+
+def test_a_long_run_can_be_interrupted(tmp_path, capsys):
+    """What Ctrl-C does, in the middle of the optimiser."""
+    threading.Timer(0.5, _thread.interrupt_main).start()
+    assert cli.main(["make", "--steps", "1000000", "--out", str(tmp_path / "a.npz")]) == 130
+    assert "of 1000000 steps) after" in capsys.readouterr().err
     assert not list(tmp_path.iterdir())

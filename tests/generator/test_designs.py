@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from generator import make_tile
+from generator import METHODS, make_tile
 from generator.best_candidate import best_candidates, best_candidates_on_sphere
 from generator.cook import cook
 from generator.dart_throwing import poisson_disk_count, poisson_disk_radius, toroidal_distance
@@ -11,7 +11,7 @@ from generator.film_positions import film_positions
 from generator.jittered import jittered_grid
 from generator.joint_scanning import scan_jointly
 from generator.n_rooks import n_rooks
-from generator.scanning import neighbour_offsets
+from generator.scanning import neighbour_offsets, smallest_distance
 from generator.step_test import relative_error
 
 
@@ -23,6 +23,15 @@ def rng():
 def nearest_distances(points):
     """Distance of each point to its nearest neighbour on the torus."""
     return np.array([np.sort(toroidal_distance(points, point))[1] for point in points])
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_every_method_depends_on_nothing_but_its_seed(method):
+    dims = ("film.x", "film.y") if method == "film-positions" else ("t", "light.u", "light.v")
+    few = {"steps": 3} if method == "spectral" else {}
+    one, same, other = (make_tile(method, 7, dims, seed, samples=4, **few).values for seed in (1, 1, 2))
+    assert one.shape == (7, 7, 4, len(dims))
+    assert np.array_equal(one, same) and not np.array_equal(one, other)
 
 
 def test_jitter_puts_one_point_in_every_block(rng):
@@ -88,14 +97,17 @@ def test_more_candidates_make_a_better_pattern(rng):
     assert quality[0] < quality[1] < quality[2]
 
 
-@pytest.mark.parametrize(("toroidal", "norm", "axes"), [(True, 2, (1, 1)), (False, 1, (1, 1)), (True, 3, (2, 0.5))])
+@pytest.mark.parametrize(
+    ("toroidal", "norm", "axes"), [(True, 2, (1, 1)), (False, 1, (1, 1)), (True, 3, (2, 0.5)), (True, 2, (1, 1, 1))]
+)
 def test_the_grid_changes_nothing_but_the_time(toroidal, norm, axes):
     """The same random numbers, all distances by brute force."""
-    points = best_candidates(200, 2, np.random.default_rng(7), m=1, toroidal=toroidal, norm=norm, axes=axes)
+    d = len(axes)
+    points = best_candidates(200, d, np.random.default_rng(7), m=1, toroidal=toroidal, norm=norm, axes=axes)
     rng = np.random.default_rng(7)
-    expected = [rng.random(2)]
+    expected = [rng.random(d)]
     for existing in range(1, 200):
-        candidates = rng.random((existing, 2))
+        candidates = rng.random((existing, d))
         difference = np.abs(candidates[:, None] - np.array(expected))
         if toroidal:
             difference = np.minimum(difference, 1 - difference)
@@ -136,6 +148,8 @@ def test_film_positions_are_in_their_pixels_and_spread():
         return nearest_distances(((values + corner) / 12).reshape(-1, 2))
 
     assert nearest(spread).min() > 3 * nearest(jitter).min()
+    with pytest.raises(ValueError, match=r"film\.x, film\.y"):
+        make_tile("film-positions", 8, ("t",), seed=1)
     assert nearest(spread).mean() > 1.3 * nearest(jitter).mean()
 
 
@@ -143,6 +157,11 @@ def test_figure_7_has_8_primary_and_16_secondary_cells():
     primary, secondary = neighbour_offsets()
     assert len(primary) == 8 and len(secondary) == 16
     assert np.abs(primary).max() == 1 and np.all(np.abs(secondary).max(axis=1) == 2)
+
+
+def test_scanning_distances_wrap_around():
+    """Section 6: "so the pattern can be used periodically from frame to frame"."""
+    assert np.allclose(smallest_distance(np.array([[0.05]]), np.array([[0.9], [0.5]])), 0.15)
 
 
 def test_scanning_reproduces_the_papers_spectra():
