@@ -48,18 +48,20 @@ def frame_views(frames):
     return np.concatenate(rows)
 
 
-def coupling(views):
+def coupling(views, emphasis):
     """Return the matrix A such that e.A e is the weighted sum of the squared views of the layers' errors e.
 
     Parameters
     ----------
     views : ndarray, shape (views, n)
-        All views of m layers have together the weight m, which makes up for the variance of m independent samples.
+    emphasis : float
+        All views of m layers have together the weight m**emphasis: 1 makes up for the variance of m independent
+        samples, more also for the better convergence of stratified ones.
 
     Returns
     -------
     ndarray of float64, shape (n, n)
     """
     counts = np.count_nonzero(views, axis=1)
-    weights = [count / np.sum(counts == count) for count in counts]
+    weights = [count**emphasis / np.sum(counts == count) for count in counts]
     return np.einsum("v,vk,vl->kl", weights, views, views)

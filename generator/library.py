@@ -30,8 +30,7 @@ PROFILES = {
 SIZE = 64
 """Side of the tiles: 128 was no better in the step test (t, one sample: .169 .040 .032 against .165 .040 .031)."""
 
-STEPS = {1: 4000, 4: 1500, 16: 1000}
-"""Samples a pixel to steps of the optimiser."""
+STEPS = 4000
 
 
 @dataclass(frozen=True)
@@ -39,26 +38,17 @@ class Recipe:
     """Everything that a tile of the library depends on, besides the generator's version."""
 
     profile: str
-    samples: int
 
     @property
     def name(self):
-        return f"{self.profile}-{self.samples}"
+        return f"{self.profile}-1"
 
     def make(self, progress=None):
         """Return the tile."""
-        return make_tile(
-            "spectral",
-            SIZE,
-            PROFILES[self.profile],
-            SEED,
-            self.samples,
-            progress,
-            steps=STEPS[self.samples],
-        )
+        return make_tile("spectral", SIZE, PROFILES[self.profile], SEED, progress=progress, steps=STEPS)
 
 
-RECIPES = [Recipe(profile, 1) for profile in PROFILES]
+RECIPES = [Recipe(profile) for profile in PROFILES]
 
 
 def covering(dims):
@@ -74,7 +64,7 @@ def covering(dims):
     Recipe
     """
     profiles = [profile for profile, own in PROFILES.items() if set(dims) <= set(own)]
-    return Recipe(min(profiles, key=lambda profile: len(PROFILES[profile])), 1)
+    return Recipe(min(profiles, key=lambda profile: len(PROFILES[profile])))
 
 
 def is_made(recipe, path):
@@ -83,7 +73,7 @@ def is_made(recipe, path):
         tile = load_tile(path)
     except (OSError, ValueError):
         return False
-    parameters = {"size": SIZE, "samples": recipe.samples, "steps": STEPS[recipe.samples]}
+    parameters = {"size": SIZE, "samples": 1, "steps": STEPS}
     made_as = (tile.dims, tile.metadata.get("parameters"), tile.metadata.get("seed"))
     wanted = (PROFILES[recipe.profile], parameters, SEED)
     return made_as == wanted and tile.metadata["generator_version"] == GENERATOR_VERSION
@@ -97,7 +87,7 @@ def make_library(folder, only=None, progress=None, say=print):
     folder : str or Path
         Is made if it does not exist.
     only : sequence of str, optional
-        Names of recipes, such as ``motion-4``; all of them by default.
+        Names of recipes, such as ``motion-1``; all of them by default.
     progress : callable, optional
         Called as ``progress(done, total)`` with the steps of all tiles together.
     say : callable
@@ -119,11 +109,8 @@ def make_library(folder, only=None, progress=None, say=print):
     for recipe in wanted:
         if recipe not in todo:
             say(f"{recipe.name}: is there")
-    total = sum(STEPS[recipe.samples] for recipe in todo)
-    before = 0
-    for recipe in todo:
-        report = progress and (lambda done, _, before=before: progress(before + done, total))
+    for index, recipe in enumerate(todo):
+        report = progress and (lambda done, _, before=index * STEPS: progress(before + done, len(todo) * STEPS))
         path = folder / f"{recipe.name}.npz"
         save_tile(recipe.make(report), path)
-        before += STEPS[recipe.samples]
         say(f"{recipe.name}: {path.stat().st_size / 1e6:.2f} MB")

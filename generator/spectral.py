@@ -26,9 +26,14 @@ At 0, the error inside single pixels, only means over several layers count."""
 FRAME_SCALES = SCALES | {0.0: 7.0}
 """The same for frames, where the error inside a pixel is what flickers."""
 
+SAMPLE_EMPHASIS = 2.0
+FRAME_EMPHASIS = PROGRESSIVE_EMPHASIS = 1.0
+"""How much means over many layers count, see `generator.layer_views.coupling`: a still image is mostly looked at when
+all samples are there, an animation also frame by frame, a progressive render all the time."""
+
 STEPS = 4000
-STEP_SIZES = (0.2, 0.0002)
-"""First and last step size, in units of the cube's side; geometric in between."""
+FIRST_STEP, FIRST_STEP_OF_MANY, LAST_STEP = 0.2, 0.05, 0.0002
+"""Step sizes in units of the cube's side, geometric in between; layers that are looked at together begin with less."""
 
 _MOMENTUM, _SCALING = 0.9, 0.99  # Adam's two decay rates
 _PULL = 0.03  # share of the way to the stratified values that the free ones go in a step
@@ -64,13 +69,15 @@ def _check_scales(scales):
         raise ValueError("scales: expected a positive sigma with a positive weight, got none")
 
 
-def _descend(error, strata, layers, pixels, rng, steps, progress):
-    """Return stratified points, shape (layers, pixels, D), after Adam's descent on `error` from random ones."""
+def _descend(error, strata, layers, pixels, rng, steps, first, progress):
+    """Return stratified points, shape (layers, pixels, D), after Adam's descent on `error` from random ones.
+
+    The size of the `steps` steps falls from `first` to `LAST_STEP`.
+    """
     free = rng.random((layers, pixels, len(strata.dims)), dtype=np.float32)
     free = strata.nearest(free).astype(np.float32)
     mean = np.zeros_like(free)
     square = np.zeros_like(free)
-    first, last = STEP_SIZES
     with ThreadPoolExecutor(_THREADS) as threads:
         for step in range(steps):
             points = strata.nearest(free).astype(np.float32)
@@ -78,7 +85,7 @@ def _descend(error, strata, layers, pixels, rng, steps, progress):
             gradient = error.gradient(points, rng, threads)
             mean += (1 - _MOMENTUM) * (gradient - mean)
             square += (1 - _SCALING) * (gradient**2 - square)
-            step_size = first * (last / first) ** (step / steps) / (1 - _MOMENTUM ** (step + 1))
+            step_size = first * (LAST_STEP / first) ** (step / steps) / (1 - _MOMENTUM ** (step + 1))
             free -= step_size * mean / (np.sqrt(square / (1 - _SCALING ** (step + 1))) + 1e-12)
             _reflect(free)
             if progress:
@@ -86,7 +93,9 @@ def _descend(error, strata, layers, pixels, rng, steps, progress):
     return strata.final(free)
 
 
-def spectral(size, dims, samples, rng, frames=1, weights=None, scales=None, steps=STEPS, progress=None):
+def spectral(
+    size, dims, samples, rng, frames=1, weights=None, scales=None, steps=STEPS, progressive=False, progress=None
+):
     """Return values whose errors are high-frequency noise, jointly and in every marginal subset.
 
     Parameters
@@ -106,6 +115,8 @@ def spectral(size, dims, samples, rng, frames=1, weights=None, scales=None, step
         Instead of `SCALES` or `FRAME_SCALES`.
     steps : int
         Steps of gradient descent.
+    progressive : bool
+        Whether the first few of several samples should be as good as can be, and not mainly all of them together.
     progress : callable, optional
         Called as ``progress(done, total)`` after each step.
 
@@ -124,14 +135,18 @@ def spectral(size, dims, samples, rng, frames=1, weights=None, scales=None, step
     frames, steps = check_size("frames", frames), check_size("steps", steps)
     if frames > 1 and samples > 1:
         raise ValueError(f"frames: expected 1 with {samples} samples a pixel, got {frames}")
+    if progressive and samples == 1:
+        raise ValueError("progressive: expected several samples a pixel, got 1")
     if scales is None:
         scales = SCALES if frames == 1 else FRAME_SCALES
     _check_scales(scales)
     subsets = _subset_weights(dims, weights)
     views = prefix_views(samples) if frames == 1 else frame_views(frames)
-    terms = passbands(size, views, scales)
+    emphasis = PROGRESSIVE_EMPHASIS if progressive else SAMPLE_EMPHASIS if frames == 1 else FRAME_EMPHASIS
+    terms = passbands(size, views, scales, emphasis)
     error = VisibleError(terms, subsets, resolution=np.count_nonzero(views, axis=1).max())
     layers, pixels = samples * frames, size * size
-    strata = Strata(pixels, dims, samples, frames, rng)
-    values = _descend(error, strata, layers, pixels, rng, steps, progress)
+    strata = Strata(pixels, dims, samples, frames, rng, progressive)
+    first = FIRST_STEP if progressive or layers == 1 else FIRST_STEP_OF_MANY
+    values = _descend(error, strata, layers, pixels, rng, steps, first, progress)
     return values.transpose(1, 0, 2).reshape(size, size, layers, len(dims))

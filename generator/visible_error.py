@@ -19,7 +19,7 @@ WAVES = 64
 """Waves drawn for one gradient, all subsets together."""
 
 
-def passbands(size, views, scales):
+def passbands(size, views, scales, emphasis):
     """Return the energy's terms: pairs of a coupling of layers and a weight of image frequencies.
 
     Parameters
@@ -30,6 +30,8 @@ def passbands(size, views, scales):
         See `generator.layer_views`.
     scales : dict of float to float
         See `SCALES`.
+    emphasis : float
+        Of views of many layers, see `generator.layer_views.coupling`.
 
     Returns
     -------
@@ -37,10 +39,10 @@ def passbands(size, views, scales):
     """
     squares = {sigma: gaussian_response(size, sigma) ** 2 for sigma in scales}
     blurred = sum(scales[sigma] * squares[sigma] / squares[sigma].mean() for sigma in scales if sigma)
-    terms = [(coupling(views), blurred)]
+    terms = [(coupling(views, emphasis), blurred)]
     means = views[np.count_nonzero(views, axis=1) > 1]
     if scales.get(0.0) and len(means):
-        terms.append((coupling(means), scales[0.0] * squares[0.0]))
+        terms.append((coupling(means, emphasis), scales[0.0] * squares[0.0]))
     return [(layers.astype(np.float32), band.astype(np.float32)) for layers, band in terms]
 
 

@@ -50,6 +50,7 @@ def test_info_and_test_print_what_the_tile_holds(tmp_path, capsys):
         ["make", "--method", "white", "--out", "missing/a.npz"],
         ["make", "--method", "cook", "--samples", "5", "--out", "a.npz"],
         ["make", "--method", "film-positions", "--out", "a.npz"],
+        ["make", "--progressive", "--out", "a.npz"],
         ["make", "--steps", "0", "--out", "a.npz"],
         ["make", "--frames", "0", "--out", "a.npz"],
         ["make", "--dims", "", "--out", "a.npz"],

@@ -30,7 +30,7 @@ def test_gradient_is_that_of_the_power(views):
     layers = views.shape[1]
     points = rng.random((layers, 64, 3)).astype(np.float32)
     waves = draw_waves((0, 2), 5, rng)
-    terms = passbands(8, views, SCALES)
+    terms = passbands(8, views, SCALES, emphasis=1.2)
     gradient = filtered_gradient(points, waves, terms)
     differences = np.empty(gradient.shape)
     for layer, point, column in np.ndindex(differences.shape):
@@ -95,7 +95,7 @@ def test_a_subset_without_weight_is_left_alone():
     """With only t+lens, t alone is much worse than with t alone."""
     dims = ("t", "lens.u", "lens.v")
     joint, single = (
-        make_tile("spectral", 16, dims, seed=1, steps=100, weights=dict.fromkeys(off, 0)).columns("t")
+        make_tile("spectral", 16, dims, seed=1, steps=300, weights=dict.fromkeys(off, 0)).columns("t")
         for off in (("t", "lens"), ("lens", "t+lens"))
     )
     assert relative_error(single, (1.0,))[0] < 0.6 * relative_error(joint, (1.0,))[0]
@@ -154,6 +154,14 @@ def test_pixel_means_are_blue_after_every_power_of_two(samples_tile):
             ours = relative_error(samples_tile.values[:, :, :prefix, columns], (0.0, 1.0, 2.0))
             assert ours[2] < 0.8 * ours[0], (prefix, columns)
     assert relative_error(samples_tile.values, (1.0,))[0] < 0.7 * relative_error(independent.values, (1.0,))[0]
+
+
+def test_a_progressive_tile_begins_better(samples_tile):
+    progressive = make_tile("spectral", 16, samples_tile.dims, seed=2, samples=4, steps=100, progressive=True)
+    first, other = (relative_error(tile.values[:, :, :1], (1.0,))[0] for tile in (progressive, samples_tile))
+    assert first < 0.9 * other
+    strata = np.sort((progressive.values[:, :, :2] * 2).astype(int), axis=2)
+    assert np.all(strata == np.arange(2)[:, None])
 
 
 def test_frames_are_blue_alone_and_converge_together():
