@@ -73,9 +73,8 @@ class Pictures:
             for row, paths in self.rows
             for column, path in zip(self.columns, paths, strict=True)
         )
-        return (
-            f'<h3>{escape(self.caption)}</h3>\n<div class="grid" style="--columns:{len(self.columns)}">{cells}</div>\n'
-        )
+        title = f"<h3>{escape(self.caption)}</h3>\n" if self.caption else ""
+        return f'{title}<div class="grid" style="--columns:{len(self.columns)}">{cells}</div>\n'
 
 
 @dataclass(frozen=True)

@@ -5,7 +5,7 @@ import matplotlib.pyplot as plt
 import numpy as np
 import pytest
 
-from bench import readme
+from bench import jobs, paper, readme, report
 from bench.crops import crop, write_crop
 from bench.document import Heading, Pictures, Plot, Table, page
 from bench.equal_quality import count_of
@@ -107,3 +107,15 @@ def test_readme_table_replaces_what_stands_between_its_marks(tmp_path, monkeypat
     assert "old" not in lines
     with pytest.raises(ValueError, match="no marks"):
         readme.write_table("report", made)
+
+
+def test_whole_report_of_one_small_scene(tmp_path, monkeypatch):
+    monkeypatch.setattr(jobs, "CACHE", tmp_path)
+    effort = report.Effort(("motion_blur",), 32, (1,), range(2), 2, (32, 32), 1)
+    made = report.make(effort, paper.Effort((), 32, range(2), 2, ()), tmp_path / "out", readme=False)
+    text = made.read_text(encoding="utf-8")
+    parsed = Page()
+    parsed.feed(text)
+    assert not parsed.open
+    assert text.count("<img") == 3 + 1 + 3 + 6  # first row again at the top, curves, that row, variants
+    assert all(word in text for word in ("2 seeds", "Spectral Tiles, denoised", "OpenQMC", jobs.blender_version()))
