@@ -180,7 +180,7 @@ def still():
 
 def cancel():
     """F12 for a long render, then Esc."""
-    bpy.context.scene.spectral_tiles.samples = 4096
+    bpy.context.scene.spectral_tiles.samples = 64
     press(F12)
     yield from until(rendering, 10)
     yield from idle(2)
@@ -280,7 +280,8 @@ def refused():
     scene = bpy.context.scene
     scene.camera.data.type = "CUSTOM"
     press(F12)
-    yield from idle(3)
+    yield from until(rendering, 10)
+    yield from until(lambda: not rendering(), RENDER)
     shoot("refused")
     try:
         bpy.ops.spectral_tiles.compare("INVOKE_DEFAULT")
