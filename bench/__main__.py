@@ -6,7 +6,7 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 
-from bench import demo, errors, frames, paper, quality, report, timing
+from bench import adaptive, demo, errors, filters, frames, paper, quality, report, timing
 from bench.jobs import AUTOMATIC, RenderFailed, Settings
 from bench.reference import QUICK_SAMPLES, SAMPLES
 from bench.scene_files import scene_file
@@ -17,6 +17,8 @@ from demo_blend import PAPER
 DEMO_SCENE = "wheels"
 #: Timed by default: the demo, and a scene where a sample costs about three times as much.
 TIMED = (DEMO_SCENE, "hazy_room")
+#: The demo and two scenes of other kinds.
+FEW = (DEMO_SCENE, "metal", "still_life")
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -53,6 +55,18 @@ def _quality(options: argparse.Namespace) -> str:
 def _frames(options: argparse.Namespace) -> str:
     settings = Settings(samples=options.samples, size=(256, 256) if options.quick else (512, 512), still=True)
     return frames.report([scene_file(name) for name in options.scenes], settings, _reference_samples(options))
+
+
+def _filters(options: argparse.Namespace) -> str:
+    settings = Settings(size=(options.size, options.size), gaussian=options.deviation)
+    scenes = [scene_file(name) for name in options.scenes]
+    return filters.report(scenes, settings, options.samples, range(options.seeds), _reference_samples(options))
+
+
+def _adaptive(options: argparse.Namespace) -> str:
+    settings = Settings(size=(options.size, options.size))
+    scenes = [scene_file(name) for name in options.scenes]
+    return adaptive.report(scenes, settings, options.samples, range(options.seeds), _reference_samples(options))
 
 
 def _demo(options: argparse.Namespace) -> str:
@@ -137,6 +151,20 @@ def _parser() -> argparse.ArgumentParser:
     over_scenes.add_argument("--driver", choices=("AUTO", "GATHER", "SUBRENDER"), default="AUTO", help="of our engine")
     over_scenes.add_argument("--native-only", action="store_true", help=f"only {AUTOMATIC} against Tabulated Sobol")
     over_scenes.set_defaults(run=_quality)
+
+    few = argparse.ArgumentParser(add_help=False, parents=[quick])
+    few.add_argument("--scenes", nargs="+", default=FEW, metavar="SCENE", help="names or .blend files")
+    few.add_argument("--size", type=int, default=256, metavar="N", help="width and height in pixels")
+    few.add_argument("--seeds", type=int, default=4, help="images of each engine and sample count")
+
+    filtered = commands.add_parser("filters", parents=[few], help="samples shared by a filter's pixels against native")
+    filtered.add_argument("--samples", type=_counts, default=(1, 2, 4), help="samples a pixel, as in 1,2,4")
+    filtered.add_argument("--deviation", type=float, default=0.5, help="of the Gaussian, in pixels")
+    filtered.set_defaults(run=_filters)
+
+    adapted = commands.add_parser("adaptive", parents=[few], help="adaptive sampling against even rates and native")
+    adapted.add_argument("--samples", type=_counts, default=(2, 4), help="mean samples a pixel, as in 2,4")
+    adapted.set_defaults(run=_adaptive)
 
     times = commands.add_parser("times", help="wall time and memory against native")
     times.add_argument("--scenes", nargs="+", default=TIMED, metavar="SCENE", help="names or .blend files")

@@ -49,6 +49,10 @@ class Settings:
         Cycles' adaptive sampling (``samples`` is then the largest number), and its denoiser.
     still : bool
         Whether the scene is brought to rest, and what counts as seeds elsewhere are the frames of its animation.
+    gaussian : float
+        Standard deviation in pixels of a Gaussian pixel filter, 0 for a box of one pixel.
+    budget : bool
+        Whether our engine spreads its samples over the picture as it sees fit.
     """
 
     engine: str = AUTOMATIC
@@ -61,6 +65,8 @@ class Settings:
     adaptive: bool = False
     denoise: bool = False
     still: bool = False
+    gaussian: float = 0.0
+    budget: bool = False
 
 
 class RenderFailed(RuntimeError):
@@ -150,7 +156,9 @@ def _image_path(scene: SceneFile, settings: Settings, seed: int) -> Path:
         parts.append(settings.driver.lower())
     if settings.first_sample:
         parts.append(f"from_{settings.first_sample}")
-    parts += [name for name in ("adaptive", "denoise") if getattr(settings, name)]
+    if settings.gaussian:
+        parts.append(f"gaussian_{settings.gaussian}")
+    parts += [name for name in ("adaptive", "denoise", "budget") if getattr(settings, name)]
     name = "-".join((*parts, f"{'frame' if settings.still else 'seed'}_{seed}.npy"))
     return CACHE / "images" / blender_version() / f"{scene.name}-{scene.key}" / name
 

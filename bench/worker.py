@@ -59,7 +59,7 @@ def _do(task: dict, scene: bpy.types.Scene, folder: Path, result: dict) -> None:
 
 
 def prepare(scene: bpy.types.Scene, settings: dict) -> None:
-    """Make engines comparable: the same box filter, and adaptive sampling and denoising only where asked for.
+    """Make engines comparable: the same filter, and adaptive sampling and denoising only where asked for.
 
     Persistent data stays off: with it native Cycles silently ignores a changed seed.
     """
@@ -75,7 +75,8 @@ def prepare(scene: bpy.types.Scene, settings: dict) -> None:
     image.color_depth = "32"
     image.color_mode = "RGB"
     cycles = scene.cycles
-    cycles.pixel_filter_type = "BOX"
+    cycles.pixel_filter_type = "GAUSSIAN" if settings["gaussian"] else "BOX"
+    cycles.filter_width = 4.0 * settings["gaussian"]  # Cycles' own measure
     cycles.use_adaptive_sampling = settings["adaptive"]
     cycles.use_denoising = settings["denoise"]
     cycles.use_sample_subset = settings["first_sample"] > 0
@@ -87,6 +88,12 @@ def prepare(scene: bpy.types.Scene, settings: dict) -> None:
     if settings["bounces"] is not None:
         cycles.max_bounces = settings["bounces"]
     _use_engine(scene, settings["engine"], settings["samples"], settings["tile"], settings["driver"])
+    if settings["engine"] == TILES:
+        ours = scene.spectral_tiles
+        ours.adaptive = "BUDGET" if settings["budget"] else "OFF"
+        ours.filter = "GAUSSIAN" if settings["gaussian"] else "AS_CYCLES"
+        if settings["gaussian"]:
+            ours.filter_width = 6.0 * settings["gaussian"]
     scene.cycles.samples = settings["first_sample"] + settings["samples"]
 
 
