@@ -131,11 +131,15 @@ def _arrange(chosen, region, samples, sequence, first_seed, frames):
         before = None
         for plan in plans:
             ranks = cycles_random.pixel_ranks(x, y, plan.seed)
-            here = list(modes.features(error_modes, numbers(ranks)))
+            here = modes.features(error_modes, numbers(ranks))
+            is_last = plan is plans[-1]
+            if not is_last:
+                here = list(here)
             order = arrange(here, len(error_modes), ranks, inside, before)
             plan.film[place.ravel()[order[inside]]] = place[inside]
-            seen = [np.float32(WEIGHT) * feature.ravel()[order] for feature in here]
-            before = seen if before is None else [a + b for a, b in zip(before, seen, strict=True)]
+            if not is_last:
+                seen = [np.float32(WEIGHT) * feature.ravel()[order] for feature in here]
+                before = seen if before is None else [a + b for a, b in zip(before, seen, strict=True)]
 
     windows = region.windows(_WINDOW)
     with concurrent.futures.ThreadPoolExecutor(max(1, len(windows) // _SPREAD)) as threads:
