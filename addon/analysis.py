@@ -16,12 +16,20 @@ class SceneUse:
         Emitters that Cycles chooses between, see `emitters`.
     bounces : bool
         Whether light that was scattered more than once is rendered.
+    glow : bool
+        Whether anything but lamps gives light, so that rays that were scattered find some.
     """
 
     motion_blur: bool
     lens: bool
     lights: int
     bounces: bool
+    glow: bool
+
+    @property
+    def is_direct(self):
+        """Whether all light comes from lamps straight to what is seen."""
+        return not (self.bounces or self.glow)
 
     @property
     def dims(self):
@@ -41,24 +49,29 @@ class SceneUse:
 
 
 def emitters(depsgraph):
-    """Number of emitters that Cycles chooses between: lamps, emitting materials and the world.
+    """Emitters that Cycles chooses between, and whether anything but lamps gives light.
 
     A single lamp without size counts as none, for nothing about it is left to chance.
+
+    Returns
+    -------
+    (int, bool)
     """
     lamps = [obj.data for obj in depsgraph.objects if obj.type == "LIGHT"]
-    count = len(lamps) + sum(_emits(data) for data in depsgraph.ids if data.bl_rna.identifier in {"Material", "World"})
-    return 0 if count == 1 and lamps and _is_point(lamps[0]) else count
+    glowing = [data for data in depsgraph.ids if data.bl_rna.identifier in {"Material", "World"} and _emits(data)]
+    count = len(lamps) + sum(map(_is_sampled, glowing))
+    return 0 if count == 1 and lamps and _is_point(lamps[0]) else count, bool(glowing)
 
 
-def scene_use(depsgraph, lights=None):
+def scene_use(depsgraph, found=None):
     """Look a frame over, without touching its geometry.
 
     Parameters
     ----------
     depsgraph : bpy.types.Depsgraph
         Evaluated for the frame.
-    lights : int, optional
-        What `emitters` counted; it is counted by default.
+    found : (int, bool), optional
+        What `emitters` found; it is asked by default.
 
     Returns
     -------
@@ -67,12 +80,14 @@ def scene_use(depsgraph, lights=None):
     scene, layer = depsgraph.scene, depsgraph.view_layer
     camera = scene.camera
     cycles = scene.cycles
+    lights, glow = emitters(depsgraph) if found is None else found
     return SceneUse(
         motion_blur=scene.render.use_motion_blur and layer.use_motion_blur,
         lens=camera is not None and camera.type == "CAMERA" and camera.data.dof.use_dof,
-        lights=emitters(depsgraph) if lights is None else lights,
+        lights=lights,
         bounces=cycles.max_bounces > 0
         and any((cycles.diffuse_bounces, cycles.glossy_bounces, cycles.transmission_bounces, cycles.volume_bounces)),
+        glow=glow,
     )
 
 
@@ -81,11 +96,14 @@ def _is_point(lamp):
     return lamp.type != "AREA" and (lamp.angle if lamp.type == "SUN" else lamp.shadow_soft_size) == 0.0
 
 
+def _is_sampled(data):
+    """Whether Cycles may choose a material or world as a light."""
+    world = data.bl_rna.identifier == "World"
+    return (data.cycles.sampling_method if world else data.cycles.emission_sampling) != "NONE"
+
+
 def _emits(data):
-    """Whether Cycles may choose a material or world as a light, judged by its nodes' strengths."""
-    sampling = data.cycles.sampling_method if data.bl_rna.identifier == "World" else data.cycles.emission_sampling
-    if sampling == "NONE":
-        return False
+    """Whether a material or world gives light, judged by its nodes' strengths."""
     tree = data.node_tree
     if tree is None:
         return data.bl_rna.identifier == "World" and any(data.color)

@@ -7,7 +7,7 @@ import numpy as np
 
 from . import cycles_random, modes
 from .arrangement import ALIGNMENT, arrange
-from .plan import Plan, memory
+from .plan import LARGE, Plan, memory
 
 # Blocks of the sequence are arranged within windows of this many pixels a side, a multiple of `ALIGNMENT`.  Windows
 # that are worked at take 200 to 300 bytes a pixel, so only one in `_SPREAD` is at a time.
@@ -19,10 +19,6 @@ _MODES, _TRIAL = 16, 4096
 # Frames of an animation are arranged in groups of this many that complement each other, each knowing those before it;
 # the weight is what the group's mean counts beside the frame's own picture.
 _GROUP, WEIGHT = 4, 0.5
-
-# A region of more pixels than this has samples enough to be moved about for every seed and frame: its plan is made
-# once.  A smaller one is cheap to arrange, and would show the same few samples again and again.
-_LARGE = 256 * 256
 
 
 def groups(use):
@@ -98,7 +94,7 @@ def make(use, region, samples, seed, frame=None, sequence=None):
     """
     chosen = tuple(groups(use))
     group, first_seed, place = place_in_group(seed, frame)
-    is_large = region.pixels > _LARGE
+    is_large = region.pixels > LARGE
     frames = 1 if frame is None else _GROUP
     key = (chosen, region, samples, sequence or samples, 0 if is_large else first_seed, frames)
     plan = memory.get(key, lambda: _arrange(*key))[place]

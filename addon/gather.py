@@ -171,6 +171,9 @@ def prepare(engine, depsgraph):
     seed = settings.seed + (scene.frame_current if scene.cycles.use_animated_seed else 0)
     base, sequence, choose_levels = _rates(settings)
     tile = library.tile(settings, scene.library, use.dims)
+    if tile is None and use.is_direct and use.dims and sequence == 1:
+        # Nothing but the tile's own dimensions is left to chance, and the rest need not be spared.
+        tile = library.spectral(use.dims)
     if tile is None:
         frame = scene.frame_current if scene.cycles.use_animated_seed else None
         sample_plan = automatic.make(use, region, settings.samples, settings.seed, frame, sequence)

@@ -71,9 +71,18 @@ def tile(settings, library=None, dims=PROFILES["full"]):
             raise Refused("No tile file is set; choose one under Render Properties > Spectral Tiles")
         path = bpy.path.abspath(settings.tile_path, library=library)
     elif settings.tile == "SPECTRAL":
-        path = os.path.join(_FOLDER, "spectral", covering(dims).name + ".npz")
+        return spectral(dims)
     else:
         path = os.path.join(_FOLDER, settings.tile.lower() + ".npz")
+    return _read(path)
+
+
+def spectral(dims):
+    """The shipped spectral tile for a scene that uses these dimensions; raises `Refused` if it is damaged."""
+    return _read(os.path.join(_FOLDER, "spectral", covering(dims).name + ".npz"))
+
+
+def _read(path):
     try:
         return _load(path, os.stat(path).st_mtime_ns)
     except (OSError, ValueError) as error:

@@ -18,6 +18,11 @@ from .failure import Refused
 _REMEMBERED = 4
 
 
+# A region of more pixels than this has samples enough to be moved about for every seed and frame: its plan is made
+# once.  A smaller one is soon made, and would show the same few samples again and again.
+LARGE = 256 * 256
+
+
 @dataclass(frozen=True)
 class Plan:
     """Film pixel, and lens shift, of every render pixel of a region.

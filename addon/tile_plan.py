@@ -11,14 +11,14 @@ import numpy as np
 
 from . import cycles_random
 from .matching import match
-from .plan import Plan, memory
+from .plan import LARGE, Plan, memory
 
 # Larger windows match better, smaller ones keep rays that Cycles traces together close together on the film.
 _WINDOW = 256
 
 
 def make(tile, dims, region, samples, seed, sequence=None):
-    """Plan that follows a tile in some of its dimensions; remembered, so asking again costs nothing.
+    """Plan that follows a tile in some of its dimensions; remembered as that of `automatic.make`.
 
     Parameters
     ----------
@@ -29,7 +29,7 @@ def make(tile, dims, region, samples, seed, sequence=None):
     samples : int
         Samples a pixel to match.
     seed : int
-        Cycles' seed; also moves the tile.
+        Another seed gives another plan of the same quality.
     sequence : int, optional
         Samples a pixel of Cycles' whole sequence, if those are only the first of it.
 
@@ -37,8 +37,10 @@ def make(tile, dims, region, samples, seed, sequence=None):
     -------
     plan.Plan
     """
-    key = (tile.values.tobytes(), tile.dims, dims, region, samples, sequence or samples, seed)
-    return memory.get(key, lambda: _match(tile, dims, region, samples, sequence or samples, seed))
+    is_large = region.pixels > LARGE
+    rest = (dims, region, samples, sequence or samples, 0 if is_large else seed)
+    plan = memory.get((tile.values.tobytes(), tile.dims, *rest), lambda: _match(tile, *rest))
+    return plan.moved(*np.random.default_rng(seed).integers(0, region.size)) if is_large else plan
 
 
 def _match(tile, dims, region, samples, sequence, seed):

@@ -99,7 +99,7 @@ def arrangement() -> Figure:
     ranks = cycles_random.pixel_ranks(x, y, 0)
     drawn = cycles_random.sequence_values(ranks.ravel(), ["t"])[:, 0]
     arranged = np.empty_like(drawn)
-    arranged[automatic.make(SceneUse(True, False, 0, False), region, 1, 0).film] = drawn
+    arranged[automatic.make(SceneUse(True, False, 0, False, False), region, 1, 0).film] = drawn
     figure, axes = _row(4)
     curves = {"Cycles": drawn, "arranged": arranged, "white": np.random.default_rng(SEED).random(SIZE**2)}
     for axis, (name, t) in zip(axes, curves.items(), strict=False):

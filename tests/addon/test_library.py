@@ -13,26 +13,48 @@ def test_spectral_is_the_tile_of_what_is_used(extension):
     settings = rendering.empty_scene().spectral_tiles
     settings.tile = "SPECTRAL"
     for use, dims in (
-        (SceneUse(True, False, 0, False), ("t",)),
-        (SceneUse(False, False, 1, False), ("light.u", "light.v")),
-        (SceneUse(True, True, 1, False), ("t", "lens.u", "lens.v", "light.u", "light.v")),
-        (SceneUse(True, True, 3, True), library.PROFILES["full"]),
+        (SceneUse(True, False, 0, False, False), ("t",)),
+        (SceneUse(False, False, 1, False, False), ("light.u", "light.v")),
+        (SceneUse(True, True, 1, False, False), ("t", "lens.u", "lens.v", "light.u", "light.v")),
+        (SceneUse(True, True, 3, True, False), library.PROFILES["full"]),
     ):
         assert library.tile(settings, dims=use.dims).dims == dims
     assert library.tile(settings).dims == library.PROFILES["full"]
 
 
-@pytest.mark.parametrize("motion_blur", [False, True])
-def test_a_render_looks_the_scene_over(monkeypatch, extension, motion_blur):
+@pytest.fixture
+def followed(monkeypatch):
+    """Dimensions of the tiles that renders follow."""
+    dims = []
+    make = gather.tile_plan.make
+    monkeypatch.setattr(gather.tile_plan, "make", lambda tile, *rest: dims.append(tile.dims) or make(tile, *rest))
+    return dims
+
+
+def lit_by_a_lamp(tile, bounces):
     scene = rendering.empty_scene(8, 8)
     rendering.add_camera()
     rendering.add_plane(4, rendering.diffuse())
     rendering.add_light("SUN", 1, (0, 0, 5))
-    scene.cycles.max_bounces = 0
-    scene.render.use_motion_blur = motion_blur
-    scene.render.engine, scene.spectral_tiles.tile = "SPECTRAL_TILES", "SPECTRAL"
-    followed = []
-    make = gather.tile_plan.make
-    monkeypatch.setattr(gather.tile_plan, "make", lambda tile, *rest: followed.append(tile.dims) or make(tile, *rest))
+    scene.cycles.max_bounces = bounces
+    scene.render.engine, scene.spectral_tiles.tile = "SPECTRAL_TILES", tile
+    return scene
+
+
+@pytest.mark.parametrize("motion_blur", [False, True])
+@pytest.mark.parametrize("tile", ["SPECTRAL", "AUTO"])
+def test_a_render_looks_the_scene_over(extension, followed, tile, motion_blur):
+    lit_by_a_lamp(tile, bounces=0).render.use_motion_blur = motion_blur
     bpy.ops.render.render()
     assert followed == [("t", "light.u", "light.v") if motion_blur else ("light.u", "light.v")]
+
+
+@pytest.mark.parametrize("other", ["bounces", "world", "samples"])
+def test_automatic_follows_a_tile_only_where_nothing_else_is_random(extension, followed, other):
+    scene = lit_by_a_lamp("AUTO", bounces=int(other == "bounces"))
+    if other == "world":
+        rendering.set_world((1, 1, 1))
+    if other == "samples":
+        scene.spectral_tiles.samples = 4
+    bpy.ops.render.render()
+    assert not followed

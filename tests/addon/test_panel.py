@@ -23,7 +23,7 @@ def build_scene(size=16):
 
 
 def use(motion_blur=False, lens=False, lights=0, bounces=False):
-    return analysis.SceneUse(motion_blur, lens, lights, bounces)
+    return analysis.SceneUse(motion_blur, lens, lights, bounces, glow=False)
 
 
 @pytest.mark.parametrize(

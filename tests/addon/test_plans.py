@@ -10,8 +10,8 @@ from addon.matching import match
 from addon.region import Region
 from generator import Tile
 
-MOTION = SceneUse(motion_blur=True, lens=False, lights=1, bounces=False)
-ROOM = SceneUse(motion_blur=False, lens=False, lights=3, bounces=True)
+MOTION = SceneUse(motion_blur=True, lens=False, lights=1, bounces=False, glow=False)
+ROOM = SceneUse(motion_blur=False, lens=False, lights=3, bounces=True, glow=False)
 
 
 def region(width, height, corner=(0, 0)):

@@ -75,5 +75,6 @@ def test_the_smallest_tile_that_covers_a_scene():
     assert library.covering(("t",)).name == "motion-1"
     assert library.covering(("light.u", "light.v")).name == "light-1"
     assert library.covering(("lens.u", "lens.v", "light.u", "light.v")).name == "motion-lens-light-1"
-    assert library.covering(("light.pick",)).name == "full-1"
+    assert library.covering(("light.pick",)).name == "lights-1"
+    assert library.covering(("bsdf.u",)).name == "full-1"
     assert library.covering(()).name == "motion-1"
