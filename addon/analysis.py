@@ -17,7 +17,7 @@ class SceneUse:
     bounces : bool
         Whether light that was scattered more than once is rendered.
     glow : bool
-        Whether anything but lamps gives light, so that rays that were scattered find some.
+        Whether any emitter is not a lamp, so that scattered rays find much of the light.
     """
 
     motion_blur: bool
@@ -49,7 +49,7 @@ class SceneUse:
 
 
 def emitters(depsgraph):
-    """Emitters that Cycles chooses between, and whether anything but lamps gives light.
+    """Number of emitters that Cycles chooses between, and whether any is not a lamp.
 
     A single lamp without size counts as none, for nothing about it is left to chance.
 
@@ -59,8 +59,8 @@ def emitters(depsgraph):
     """
     lamps = [obj.data for obj in depsgraph.objects if obj.type == "LIGHT"]
     glowing = [data for data in depsgraph.ids if data.bl_rna.identifier in {"Material", "World"} and _emits(data)]
-    count = len(lamps) + sum(map(_is_sampled, glowing))
-    return 0 if count == 1 and lamps and _is_point(lamps[0]) else count, bool(glowing)
+    only_a_point = len(lamps) == 1 and not glowing and _is_point(lamps[0])
+    return 0 if only_a_point else len(lamps) + len(glowing), bool(glowing)
 
 
 def scene_use(depsgraph, found=None):
@@ -96,14 +96,11 @@ def _is_point(lamp):
     return lamp.type != "AREA" and (lamp.angle if lamp.type == "SUN" else lamp.shadow_soft_size) == 0.0
 
 
-def _is_sampled(data):
-    """Whether Cycles may choose a material or world as a light."""
-    world = data.bl_rna.identifier == "World"
-    return (data.cycles.sampling_method if world else data.cycles.emission_sampling) != "NONE"
-
-
 def _emits(data):
-    """Whether a material or world gives light, judged by its nodes' strengths."""
+    """Whether Cycles may choose a material or world as a light, judged by its nodes' strengths."""
+    sampling = data.cycles.sampling_method if data.bl_rna.identifier == "World" else data.cycles.emission_sampling
+    if sampling == "NONE":
+        return False
     tree = data.node_tree
     if tree is None:
         return data.bl_rna.identifier == "World" and any(data.color)

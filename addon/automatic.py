@@ -2,6 +2,7 @@
 """The automatic plan: Cycles' own samples, arranged for what the scene uses."""
 
 import concurrent.futures
+import functools
 
 import numpy as np
 
@@ -13,7 +14,7 @@ from .plan import LARGE, Plan, memory
 # that are worked at take 200 to 300 bytes a pixel, so only one in `_SPREAD` is at a time.
 _WINDOW, _SPREAD = 384, 7
 
-# Modes of the error that are weighed, and pixels that tell which these are.
+# Modes of the error that are weighed, and samples that tell which these are.
 _MODES, _TRIAL = 16, 4096
 
 # Frames of an animation are arranged in groups of this many that complement each other, each knowing those before it;
@@ -110,14 +111,7 @@ def _arrange(chosen, region, samples, sequence, first_seed, frames):
     plans = [Plan(first_seed + place, width, film) for place, film in enumerate(films)]
     if not chosen:
         return plans
-    dims = sorted({name for group, _ in chosen for name in group})
-
-    def numbers(ranks):
-        index = ranks * np.uint32(sequence) + np.arange(samples, dtype=np.uint32).reshape(-1, *(1,) * ranks.ndim)
-        return cycles_random.leading_bytes(index, dims)
-
-    candidates = modes.variances(chosen)
-    error_modes = modes.strongest(candidates, numbers(np.arange(_TRIAL, dtype=np.uint32)), _MODES)
+    error_modes = _error_modes(chosen, samples, sequence)
 
     def fill(window):
         y, x = (_aligned(part, start) for part, start in zip(window, region.corner[::-1], strict=True))
@@ -127,7 +121,7 @@ def _arrange(chosen, region, samples, sequence, first_seed, frames):
         before = None
         for plan in plans:
             ranks = cycles_random.pixel_ranks(x, y, plan.seed)
-            here = modes.features(error_modes, numbers(ranks))
+            here = modes.features(error_modes, _numbers(error_modes, ranks, samples, sequence))
             is_last = plan is plans[-1]
             if not is_last:
                 here = list(here)
@@ -141,6 +135,20 @@ def _arrange(chosen, region, samples, sequence, first_seed, frames):
     with concurrent.futures.ThreadPoolExecutor(max(1, len(windows) // _SPREAD)) as threads:
         list(threads.map(fill, windows))
     return plans
+
+
+@functools.cache
+def _error_modes(chosen, samples, sequence):
+    """The modes in which pixels with that many samples differ most."""
+    total = modes.variances(chosen)
+    ranks = np.arange(max(_TRIAL // samples, 256), dtype=np.uint32)
+    return modes.strongest(total, _numbers(total, ranks, samples, sequence), _MODES)
+
+
+def _numbers(error_modes, ranks, samples, sequence):
+    """Leading bytes of what the modes depend on, at the first samples of each pixel's share of the sequence."""
+    index = ranks * np.uint32(sequence) + np.arange(samples, dtype=np.uint32).reshape(-1, *(1,) * ranks.ndim)
+    return cycles_random.leading_bytes(index, sorted({name for mode in error_modes for name, _ in mode}))
 
 
 def _aligned(part, start):

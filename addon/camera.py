@@ -155,9 +155,11 @@ def dicing(engine, scene, views):
         camera = made.objects.new("Dicing", data)
         camera.matrix_world = (chosen or replaced[0].camera).matrix_world
         scene.cycles.dicing_camera = camera
-        yield
-        if persistence.is_kept(engine):
-            scene.cycles.dicing_camera = chosen
+        try:
+            yield
+        finally:
+            if persistence.is_kept(engine):
+                scene.cycles.dicing_camera = chosen
 
 
 class _Film(NamedTuple):

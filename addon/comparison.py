@@ -71,6 +71,7 @@ def _equal_terms(scene):
     cycles.use_layer_samples = "IGNORE"
     # With persistent data Cycles keeps the seed of the render before.
     scene.render.use_persistent_data = False
+    scene.spectral_tiles.adaptive = "OFF"
     scene.render.use_compositing = scene.render.use_sequencer = False
 
 

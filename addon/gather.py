@@ -236,7 +236,7 @@ def ignored(scene):
     settings = scene.cycles
     lines = []
     if settings.use_adaptive_sampling:
-        lines.append("Noise Threshold does not apply: every pixel gets the same Samples")
+        lines.append("Noise Threshold does not apply: see Adaptive for sampling by need")
     if settings.time_limit > 0.0:
         lines.append("Time Limit does not apply: choose Samples to fit")
     if settings.use_layer_samples != "IGNORE" and any(layer.samples for layer in scene.view_layers):

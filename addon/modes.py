@@ -12,6 +12,9 @@ import numpy as np
 # Half-periods along one dimension, at most.
 _HIGHEST = 3
 
+# Modes that are looked at for the strongest.
+_CANDIDATES = 256
+
 # Middles of the 256 intervals that a number's leading byte tells apart, as angles of half a period.
 _ANGLES = np.pi * (np.arange(256) + 0.5) / 256
 
@@ -71,15 +74,15 @@ def features(chosen, numbers):
         yield total - total.mean()
 
 
-def strongest(candidates, numbers, count):
-    """The modes in which a set of pixels differs most.
+def strongest(total, numbers, count):
+    """The modes in which some pixels differ most.
 
     Several samples of one pixel are stratified, and leave little of the slow modes that one sample varies in most.
 
     Parameters
     ----------
-    candidates, numbers
-        As for `features`.
+    total, numbers
+        As `variances` returns and `features` takes them.
     count : int
         How many to keep.
 
@@ -87,6 +90,10 @@ def strongest(candidates, numbers, count):
     -------
     dict of tuple to float
     """
+    candidates = _largest(total, _CANDIDATES)
     left = [error.var() for error in features(candidates, numbers)]
-    best = sorted(zip(left, candidates.items(), strict=True), key=lambda pair: pair[0], reverse=True)
-    return dict(mode for _, mode in best[:count])
+    return {mode: total[mode] for mode in _largest(dict(zip(candidates, left, strict=True)), count)}
+
+
+def _largest(values, count):
+    return dict(sorted(values.items(), key=lambda item: item[1], reverse=True)[:count])

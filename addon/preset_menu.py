@@ -24,7 +24,7 @@ class SPECTRAL_TILES_PT_presets(PresetPanel, bpy.types.Panel):
 class SPECTRAL_TILES_OT_preset_add(AddPresetBase, bpy.types.Operator):
     bl_idname = "spectral_tiles.preset_add"
     bl_label = "Add Spectral Tiles Preset"
-    bl_description = "Add or remove a preset of samples, tile, filter and driver"
+    bl_description = "Add or remove a preset of samples, tile, filter, adaptive sampling and driver"
     preset_menu = "SPECTRAL_TILES_PT_presets"
     preset_subdir = _SUBDIR
     preset_defines = ["settings = bpy.context.scene.spectral_tiles", "cycles = bpy.context.scene.cycles"]
@@ -36,6 +36,8 @@ class SPECTRAL_TILES_OT_preset_add(AddPresetBase, bpy.types.Operator):
         "settings.filter_width",
         "settings.filter_b",
         "settings.filter_c",
+        "settings.adaptive",
+        "settings.adaptive_threshold",
         "settings.driver",
         "cycles.use_animated_seed",
     ]
