@@ -47,6 +47,11 @@ class Plan:
     lens_shift: np.ndarray | None = None
     errors: dict = field(default_factory=dict)
 
+    @property
+    def miss(self):
+        """The errors in words, such as "t 0.012, light.u 0.031"; empty if there are none."""
+        return ", ".join(f"{name} {error:.3f}" for name, error in self.errors.items())
+
     def moved(self, right, up):
         """The same plan on a film that is shifted by whole pixels, around the region's edges."""
         height = self.film.size // self.width
@@ -105,29 +110,29 @@ def _write_image(path, pixels):
 
 
 class Memory:
-    """The last few plans, or lists of them, by what they were made from.  Several threads may ask."""
+    """The last few lists of plans, by what they were made from.  Several threads may ask."""
 
     def __init__(self):
         self._plans = collections.OrderedDict()
         self._lock = threading.Lock()
 
     def get(self, key, make):
-        """The plan remembered under `key`, or else `make()`, which is then remembered."""
+        """The plans remembered under `key`, or else `make()`, which are then remembered."""
         with self._lock:
             if key in self._plans:
                 self._plans.move_to_end(key)
                 return self._plans[key]
-        plan = make()
+        plans = make()
         with self._lock:
-            self._plans[key] = plan
+            self._plans[key] = plans
             while len(self._plans) > _REMEMBERED:
                 self._plans.popitem(last=False)
-        return plan
+        return plans
 
     def latest(self):
-        """The plan that was asked for last, or None."""
+        """The first of the plans that were asked for last, or None."""
         with self._lock:
-            return next(reversed(self._plans.values()), None)
+            return next(reversed(self._plans.values()), [None])[0]
 
     def clear(self):
         with self._lock:

@@ -39,7 +39,7 @@ def make(tile, dims, region, samples, seed, sequence=None):
     """
     is_large = region.pixels > LARGE
     rest = (dims, region, samples, sequence or samples, 0 if is_large else seed)
-    plan = memory.get((tile.values.tobytes(), tile.dims, *rest), lambda: _match(tile, *rest))
+    (plan,) = memory.get((tile.values.tobytes(), tile.dims, *rest), lambda: [_match(tile, *rest)])
     return plan.moved(*np.random.default_rng(seed).integers(0, region.size)) if is_large else plan
 
 

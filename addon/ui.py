@@ -96,9 +96,8 @@ def _draw_tile(layout, context):
         line.alignment = "CENTER"
         line.label(text=name)
     plan = memory.latest()
-    if plan is not None and plan.errors:
-        errors = ", ".join(f"{name} {error:.3f}" for name, error in plan.errors.items())
-        _say(layout, context, f"Last render missed the tile by: {errors}", "BLANK1")
+    if plan is not None and plan.miss:
+        _say(layout, context, f"Last render missed the tile by: {plan.miss}", "BLANK1")
 
 
 def _draw_forecast(layout, context):

@@ -161,6 +161,14 @@ def test_tile_plan_follows_the_tile():
     assert np.median(nearest) < 1e-6
 
 
+def test_the_last_plan_tells_how_it_missed_its_tile():
+    values = np.random.default_rng(1).random((32, 32, 1, 1), dtype=np.float32)
+    tile_plan.make(Tile(("t",), values, {"method": "white", "seed": 1}), ("t",), region(64, 64), 1, seed=1)
+    assert plan.memory.latest().miss.startswith("t 0.0")
+    automatic.make(MOTION, region(64, 64), 1, seed=1)
+    assert plan.memory.latest().miss == ""
+
+
 def test_windows_cover_the_region_once():
     cut = Region((1000, 700), (130, 250), (700, 300))
     seen = np.zeros((300, 700), int)
