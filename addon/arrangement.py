@@ -59,6 +59,9 @@ def _cost_table():
 
 _COST_TABLE = _cost_table()
 
+# Modes that are looked at together: few enough for a processor's cache.
+_TOGETHER = 4
+
 # More than any permutation costs; infinity times the table's zeros would not do.
 _FORBIDDEN = np.float32(1e9)
 
@@ -189,42 +192,44 @@ def _rearranged(order, field, background, ranks, whole, low_pass, sweeps):
 def _best(field, background, block, ranks, low_pass):
     """Number of the permutation of each block with the smallest error, (height, width)."""
     height, width = ranks.shape[2:]
-    costs = np.zeros((19, height, width), np.float32)
-    of_place, of_pairing = costs[:16].reshape(4, 4, height, width), costs[16:]
-    product = np.empty((4, height, width), np.float32)
-    for mode, plane in enumerate(field):
-        own = plane[..., 1:-1, 1:-1][block].reshape(4, height, width)
-        around = _seen_around(plane, block, low_pass)
+    costs = np.zeros((19, height * width), np.float32)
+    of_place, of_pairing = costs[:16].reshape(4, 4, -1), costs[16:]
+    for first in range(0, len(field), _TOGETHER):
+        part = slice(first, first + _TOGETHER)
+        own = field[part, ..., 1:-1, 1:-1][:, *block].reshape(-1, 4, height * width)
+        around = _seen_around(field[part], block, low_pass)
         if background is not None:
-            around += background[mode][block].reshape(around.shape)
-        for cost, seen in zip(of_place, around, strict=True):
-            cost += np.multiply(own, seen, out=product)
+            around += background[part, *block]
+        of_place += np.einsum("mkn,mpn->pkn", own, around.reshape(own.shape))
         for cost, pairing in zip(of_pairing, _PAIRINGS, strict=True):
             for a, b in pairing:
-                cost += np.multiply(own[a], own[b], out=product[0])
+                cost += np.einsum("mn,mn->n", own[:, a], own[:, b])
     # All six pairs of quarters see each other; those on the diagonals less than those that share an edge.
     of_pairing *= low_pass[1] ** 2 - low_pass[1]
-    digits = ranks.reshape(4, height, width) & 3
+    digits = ranks.reshape(4, -1) & 3
     for cost, other in zip(of_pairing, digits[1:], strict=True):
         cost[digits[0] ^ other == 1] = _FORBIDDEN  # they follow each other in the sequence
-    return np.argmin(_COST_TABLE @ costs.reshape(19, -1), axis=0).reshape(height, width)
+    return np.argmin(_COST_TABLE @ costs, axis=0).reshape(height, width)
 
 
-def _seen_around(plane, block, low_pass):
-    """What the low-pass sees at the four places of each block, of all but the block itself: (4, height, width)."""
-    inner = plane[..., 1:-1, 1:-1]
-    own = inner[block].copy()
-    inner[block] = 0.0
-    height, width = own.shape[2:]
-    columns = np.empty((2, 4, height, width + 2), np.float32)
-    seen = np.empty((2, 2, height, width), np.float32)
-    for out, row in zip(columns, _indices(block[0]), strict=True):
-        _blur([plane[y % 4, :, 1 + y // 4 : 1 + y // 4 + height] for y in range(row - 2, row + 3)], low_pass, out)
-    for out, column in zip(seen.swapaxes(0, 1), _indices(block[1]), strict=True):
+def _seen_around(planes, block, low_pass):
+    """What the low-pass sees at the places of each block, of all but the block itself: (modes, 2, 2, height, width)."""
+    inner = planes[..., 1:-1, 1:-1][:, *block]
+    own = inner.copy()
+    inner[...] = 0.0
+    count, _, _, height, width = own.shape
+    columns = np.empty((count, 2, 4, height, width + 2), np.float32)
+    seen = np.empty_like(own)
+    for place, row in enumerate(range(block[0].start, block[0].stop)):
+        near = range(row - 2, row + 3)
+        lines = [planes[:, y % 4, :, 1 + y // 4 : 1 + y // 4 + height] for y in near]
+        _blur(lines, low_pass, columns[:, place])
+    for place, column in enumerate(range(block[1].start, block[1].stop)):
         near = range(column - 2, column + 3)
-        _blur([columns[:, x % 4, :, 1 + x // 4 : 1 + x // 4 + width] for x in near], low_pass, out)
-    inner[block] = own
-    return seen.reshape(4, height, width)
+        lines = [columns[:, :, x % 4, :, 1 + x // 4 : 1 + x // 4 + width] for x in near]
+        _blur(lines, low_pass, seen[:, :, place])
+    inner[...] = own
+    return seen
 
 
 def _blurred(plane, low_pass):
@@ -235,10 +240,6 @@ def _blurred(plane, low_pass):
     _blur([padded[y : y + height] for y in range(5)], low_pass, columns)
     _blur([columns[:, x : x + width] for x in range(5)], low_pass, seen)
     return seen
-
-
-def _indices(part):
-    return range(part.start, part.stop)
 
 
 def _blur(lines, low_pass, out):

@@ -15,7 +15,7 @@ from .plan import LARGE, Plan, memory
 _WINDOW, _SPREAD = 384, 7
 
 # Modes of the error that are weighed, and samples that tell which these are.
-_MODES, _TRIAL = 16, 4096
+_MODES, _TRIAL = 24, 4096
 
 # Frames of an animation are arranged in groups of this many that complement each other, each knowing those before it;
 # the weight is what the group's mean counts beside the frame's own picture.
