@@ -45,10 +45,13 @@ def check(scene, layer):
             ) from refused
 
 
-def add_passes(engine, layer):
-    """Add the guiding passes to a view layer's result."""
+def prepare(engine, scene, layer):
+    """Add the guiding passes to a view layer's result if it is to be denoised; return whether it is."""
+    if not wanted(scene, layer):
+        return False
     engine.add_pass(_ALBEDO, 3, "RGB", layer=layer.name)
     engine.add_pass(_NORMAL, 3, "XYZ", layer=layer.name)
+    return True
 
 
 def noisy(passes):

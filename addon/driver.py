@@ -26,6 +26,12 @@ def check_device(scene):
         )
 
 
+def seed_and_frame(scene):
+    """Seed of the scene's pattern, and the frame that the pattern changes with; None if it does not."""
+    frame = scene.frame_current if scene.cycles.use_animated_seed else None
+    return scene.spectral_tiles.seed + (frame or 0), frame
+
+
 def why_not_gather(scene):
     """Why the GATHER driver cannot run in this build of Blender and on the scene's device; None if it can."""
     try:

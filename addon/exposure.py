@@ -7,6 +7,8 @@ The maps are Cycles' own: `scene/camera.cpp` (shutter), `kernel/sample/mapping.h
 
 import numpy as np
 
+from .reconstruction import blackman_harris
+
 # Steps of the tables that invert a distribution; Cycles' have 256 and 1024.
 _STEPS = 1024
 
@@ -62,17 +64,12 @@ def filter_offsets(numbers, kind, width):
         return np.asarray(numbers, float) - 0.5
 
     # Cycles lets a Gaussian reach three, a Blackman-Harris filter two of its widths in all.
-    reach = width * {"GAUSSIAN": 3.0, "BLACKMAN_HARRIS": 2.0}[kind]
+    half = 0.5 * width * {"GAUSSIAN": 3.0, "BLACKMAN_HARRIS": 2.0}[kind]
 
-    def gaussian(x):
-        return np.exp(-2.0 * (6.0 * x / reach) ** 2)
+    def density(x):
+        return np.exp(-2.0 * (3.0 * x / half) ** 2) if kind == "GAUSSIAN" else blackman_harris(x, half)
 
-    def blackman_harris(x):
-        angle = 2.0 * np.pi * (x / reach + 0.5)
-        return 0.35875 - 0.48829 * np.cos(angle) + 0.14128 * np.cos(2 * angle) - 0.01168 * np.cos(3 * angle)
-
-    density = gaussian if kind == "GAUSSIAN" else blackman_harris
-    return _drawn(numbers, density, -0.5 * reach, 0.5 * reach)
+    return _drawn(numbers, density, -half, half)
 
 
 def lens_points(numbers, dof):

@@ -168,14 +168,13 @@ def prepare(engine, depsgraph):
     views = camera.views(engine, scene)
     region = Region.of_render(scene.render)
     use = scene_use(depsgraph)
-    seed = settings.seed + (scene.frame_current if scene.cycles.use_animated_seed else 0)
+    seed, frame = driver.seed_and_frame(scene)
     base, sequence, choose_levels = _rates(settings)
     tile = library.tile(settings, scene.library, use.dims)
     if tile is None and use.is_direct and use.dims and sequence == 1:
         # Nothing but the tile's own dimensions is left to chance, and the rest need not be spared.
         tile = library.spectral(use.dims)
     if tile is None:
-        frame = scene.frame_current if scene.cycles.use_animated_seed else None
         sample_plan = automatic.make(use, region, settings.samples, settings.seed, frame, sequence)
     else:
         dims = tuple(name for name in use.dims if name in tile.dims)
@@ -185,9 +184,7 @@ def prepare(engine, depsgraph):
 
     if layer.use_pass_z:
         engine.add_pass("Position", 3, "XYZ", layer=layer.name)
-    denoise = denoising.wanted(scene, layer)
-    if denoise:
-        denoising.add_passes(engine, layer)
+    denoise = denoising.prepare(engine, scene, layer)
     folder = tempfile.TemporaryDirectory(prefix="spectral_tiles_", dir=bpy.app.tempdir)
     image = os.path.join(folder.name, "plan.tif")
     sample_plan.write(image)

@@ -28,8 +28,8 @@ def _gaussian(x, half):
     return np.exp(-4.5 * (x / half) ** 2)
 
 
-def _blackman_harris(x, half):
-    # `filter_func_blackman_harris()` of Cycles' scene/film.cpp.
+def blackman_harris(x, half):
+    """`filter_func_blackman_harris()` of Cycles' scene/film.cpp, between -half and half."""
     angle = np.pi * (x / half + 1.0)
     return 0.35875 - 0.48829 * np.cos(angle) + 0.14128 * np.cos(2.0 * angle) - 0.01168 * np.cos(3.0 * angle)
 
@@ -55,7 +55,7 @@ _FILTERS = {
     "BOX": _box,
     "TENT": _tent,
     "GAUSSIAN": _gaussian,
-    "BLACKMAN_HARRIS": _blackman_harris,
+    "BLACKMAN_HARRIS": blackman_harris,
     "LANCZOS": _lanczos,
 }
 

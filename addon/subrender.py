@@ -15,7 +15,19 @@ import bpy
 import numpy as np
 from cycles import engine as cycles
 
-from . import cell_plan, denoising, exposure, film, gather, layers, library, persistence, shading, shared_sequence
+from . import (
+    cell_plan,
+    denoising,
+    driver,
+    exposure,
+    film,
+    gather,
+    layers,
+    library,
+    persistence,
+    shading,
+    shared_sequence,
+)
 from .analysis import scene_use
 from .cell_plan import CellPlan
 from .failure import Refused, report
@@ -165,17 +177,14 @@ def prepare(engine, data, depsgraph):
     if not persistence.is_kept(engine):
         raise Refused("Blender does not keep the scene between sub-renders; switch on Persistent Data")
     use = scene_use(depsgraph)
-    seed = settings.seed + (scene.frame_current if scene.cycles.use_animated_seed else 0)
+    seed, frame = driver.seed_and_frame(scene)
     tile = library.tile(settings, scene.library, use.dims)
     if tile is None:
-        frame = scene.frame_current if scene.cycles.use_animated_seed else None
         plan = cell_plan.arranged(use, settings.samples, settings.seed, frame)
     else:
         dims = tuple(name for name in use.dims if name in tile.dims)
         plan = cell_plan.following(tile, dims, settings.samples, seed)
-    denoise = denoising.wanted(scene, layer)
-    if denoise:
-        denoising.add_passes(engine, layer)
+    denoise = denoising.prepare(engine, scene, layer)
     first, count = layers.subset(scene.cycles, settings.samples)
     offsets = exposure.filter_offsets(plan.film, scene.cycles.pixel_filter_type, scene.cycles.filter_width)
     drift = exposure.filter_offsets(

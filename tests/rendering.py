@@ -88,6 +88,32 @@ def _one_node_material(kind, output, **inputs):
     return material
 
 
+def emit(tree, output_type, source):
+    """Replace a node tree by: `source(tree)`, an output socket, as emission."""
+    tree.nodes.clear()
+    emission_node = tree.nodes.new("ShaderNodeEmission")
+    tree.links.new(source(tree), emission_node.inputs["Color"])
+    tree.links.new(emission_node.outputs["Emission"], tree.nodes.new(output_type).inputs["Surface"])
+
+
+def add_parametric_light():
+    """Add a small area light whose red and green, over its blue, tell which of its points is seen; no bounces."""
+    light = add_light("AREA", 1000, (0, 0, 3), size=0.01)
+
+    def parametric(tree):
+        split, join = tree.nodes.new("ShaderNodeSeparateXYZ"), tree.nodes.new("ShaderNodeCombineXYZ")
+        tree.links.new(tree.nodes.new("ShaderNodeNewGeometry").outputs["Parametric"], split.inputs[0])
+        for axis in ("X", "Y"):
+            tree.links.new(split.outputs[axis], join.inputs[axis])
+        join.inputs["Z"].default_value = 1.0
+        return join.outputs[0]
+
+    emit(light.data.node_tree, "ShaderNodeOutputLight", parametric)
+    light.data.cycles.use_multiple_importance_sampling = False
+    bpy.context.scene.cycles.max_bounces = 0
+    return light
+
+
 def set_world(color, strength=1.0):
     """Give the scene a world of one colour."""
     world = bpy.data.worlds.new("World")

@@ -27,32 +27,12 @@ def native(folder):
     return rendering.beauty(rendering.render(folder, "CYCLES", seed=SEED))[..., :3]
 
 
-def node_emission(tree, output_type, source):
-    """Replace a node tree by: `source(nodes)`, an output socket, as emission."""
-    tree.nodes.clear()
-    emit = tree.nodes.new("ShaderNodeEmission")
-    tree.links.new(source(tree), emit.inputs["Color"])
-    tree.links.new(emit.outputs["Emission"], tree.nodes.new(output_type).inputs["Surface"])
-
-
 def test_light_numbers(tmp_path):
     """An area light that shines its own parametric coordinate: the ratios of a lit pixel's colours are (u, v)."""
     rendering.empty_scene(SIZE, SIZE)
     rendering.add_camera(type="ORTHO", ortho_scale=0.1)
     rendering.add_plane(10, rendering.diffuse())
-    light = rendering.add_light("AREA", 1000, (0, 0, 3), size=0.01)
-
-    def parametric(tree):
-        split, join = tree.nodes.new("ShaderNodeSeparateXYZ"), tree.nodes.new("ShaderNodeCombineXYZ")
-        tree.links.new(tree.nodes.new("ShaderNodeNewGeometry").outputs["Parametric"], split.inputs[0])
-        for axis in ("X", "Y"):
-            tree.links.new(split.outputs[axis], join.inputs[axis])
-        join.inputs["Z"].default_value = 1.0
-        return join.outputs[0]
-
-    node_emission(light.data.node_tree, "ShaderNodeOutputLight", parametric)
-    light.data.cycles.use_multiple_importance_sampling = False
-    bpy.context.scene.cycles.max_bounces = 0
+    rendering.add_parametric_light()
     image = native(tmp_path)
     seen = image[..., :2] / image[..., 2:]
     wanted = expected(("light.u", "light.v"))
@@ -71,7 +51,7 @@ def test_time_numbers(tmp_path):
     def ramp(tree):
         return tree.nodes.new("ShaderNodeTexCoord").outputs["Object"]
 
-    node_emission(material.node_tree, "ShaderNodeOutputMaterial", ramp)
+    rendering.emit(material.node_tree, "ShaderNodeOutputMaterial", ramp)
     plane = rendering.add_plane(20, material)
     rendering.slide(plane, (-1, 0, 0), (-3, 0, 0))
     scene.render.use_motion_blur = True
@@ -97,7 +77,7 @@ def test_lens_numbers(tmp_path):
         shifted.inputs[1].default_value = (5, 5, 5)
         return shifted.outputs[0]
 
-    node_emission(material.node_tree, "ShaderNodeOutputMaterial", position)
+    rendering.emit(material.node_tree, "ShaderNodeOutputMaterial", position)
     rendering.add_plane(20, material)
     # Twice the focus distance away, the hit is the lens point mirrored.
     seen = 5.0 - native(tmp_path)[..., :2]

@@ -40,24 +40,10 @@ def test_time(tmp_path, count, seed):
 
 def test_light(tmp_path):
     """Light numbers, by the colour of the light where a distant receiver sees it; see `test_cycles_random`."""
-    from tests.addon.test_cycles_random import node_emission
-
     rendering.empty_scene(4, 4)
     rendering.add_camera(type="ORTHO", ortho_scale=1e-4)
     rendering.add_plane(10, rendering.diffuse())
-    light = rendering.add_light("AREA", 1000, (0, 0, 3), size=0.01)
-
-    def parametric(tree):
-        split, join = tree.nodes.new("ShaderNodeSeparateXYZ"), tree.nodes.new("ShaderNodeCombineXYZ")
-        tree.links.new(tree.nodes.new("ShaderNodeNewGeometry").outputs["Parametric"], split.inputs[0])
-        for axis in ("X", "Y"):
-            tree.links.new(split.outputs[axis], join.inputs[axis])
-        join.inputs["Z"].default_value = 1.0
-        return join.outputs[0]
-
-    node_emission(light.data.node_tree, "ShaderNodeOutputLight", parametric)
-    light.data.cycles.use_multiple_importance_sampling = False
-    bpy.context.scene.cycles.max_bounces = 0
+    rendering.add_parametric_light()
     wanted = shared_sequence.values(("light.u", "light.v"), 256, 3)
     for k in (0, 5, 77):
         seen = render_sample(tmp_path, k, 256, 3)
