@@ -3,6 +3,9 @@
 
 import numpy as np
 
+# Passes that Cycles writes for the first sample of its sequence only (kernel/film/data_passes.h).
+FIRST_SAMPLE_PASSES = {"Depth", "Position", "Object Index", "Material Index"}
+
 
 def read_passes(engine, layer_name):
     """Passes of one view layer of the engine's result.

@@ -15,7 +15,7 @@ from dataclasses import dataclass
 import bpy
 import numpy as np
 
-from . import openimageio
+from . import film, openimageio
 from .failure import Refused
 
 # In the header of a picture; a plan's digest bears the view layer's name.
@@ -24,9 +24,6 @@ _PLAN = "plan."
 
 # Rows that are merged at a time.
 _BAND = 64
-
-# Passes that Cycles writes for a pixel's sample 0 only (kernel/film/data_passes.h).
-_FIRST_SAMPLE = {"Depth", "Position", "Object Index", "Material Index"}
 
 # Passes of light that Cycles has divided by the mean colour of what it fell on.
 _DIVIDED = re.compile(r"(.*\.(?:Diffuse|Glossy|Transmission)) (?:Direct|Indirect)(\.[RGB])")
@@ -301,7 +298,7 @@ def _mean(pictures, weights, names):
         total[..., column] = np.divide(total[..., column], total[..., colour], out=np.zeros(seen.shape), where=seen)
     cryptomattes = {}
     for column, name in enumerate(names):
-        if not _FIRST_SAMPLE.isdisjoint(name.split(".")[1:]):
+        if not film.FIRST_SAMPLE_PASSES.isdisjoint(name.split(".")[1:]):
             total[..., column] = pictures[0][..., column]
         if match := _CRYPTOMATTE.fullmatch(name):
             cryptomattes.setdefault(match[1], []).append((name[:-1], "rgba".index(name[-1]), column))

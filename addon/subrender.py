@@ -36,9 +36,6 @@ from .region import Region
 # Width of Cycles' pixel filter, in pixels of a sub-render: the narrowest that it takes.
 _PINNED = 0.01
 
-# Passes that Cycles writes for the first point of its sequence only (kernel/film/data_passes.h).
-_FIRST_POINT_PASSES = {"Depth", "Position", "Object Index", "Material Index"}
-
 
 @dataclass(frozen=True)
 class Job:
@@ -225,7 +222,7 @@ def render(engine, depsgraph, job):
             elif engine.test_break():
                 break
             for key in passes:
-                if key[0] not in _FIRST_POINT_PASSES:
+                if key[0] not in film.FIRST_SAMPLE_PASSES:
                     mean[key] += (passes[key] - mean[key]) / np.float32(count)
             film.write_passes(engine, job.region, job.layer.name, mean)
     except Refused as refused:
@@ -279,7 +276,7 @@ def _render_cell(engine, depsgraph, job, index, first_pixel, written):
 
     point = int(job.plan.offset[index])
     seen = passes(point)
-    missing = [key for key in seen if key[0] in _FIRST_POINT_PASSES]
+    missing = [key for key in seen if key[0] in film.FIRST_SAMPLE_PASSES]
     if missing and point > 0 and index[2] == 0:
         first = passes(0)
         seen |= {key: first[key] for key in missing}
