@@ -9,6 +9,7 @@ import tempfile
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 from functools import cache
+from importlib.metadata import version
 from pathlib import Path
 
 import numpy as np
@@ -174,8 +175,6 @@ def engine_state() -> str:
     return digest.hexdigest()[:12]
 
 
-@cache
 def blender_version() -> str:
     """Return the version of Blender that the workers run."""
-    command = [sys.executable, "-c", "import bpy; print(bpy.app.version_string)"]
-    return subprocess.run(command, check=True, capture_output=True, text=True).stdout.split()[0]
+    return version("bpy")
