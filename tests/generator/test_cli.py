@@ -1,6 +1,7 @@
 """The command line: what it writes, and how it refuses."""
 
 import _thread
+import signal
 import threading
 
 import numpy as np
@@ -143,7 +144,12 @@ def test_an_interrupt_says_what_was_reached_and_leaves_no_file(tmp_path, monkeyp
 
 def test_a_long_run_can_be_interrupted(tmp_path, capsys):
     """What Ctrl-C does, in the middle of the optimiser."""
-    threading.Timer(0.5, _thread.interrupt_main).start()
-    assert cli.main(["make", "--steps", "1000000", "--out", str(tmp_path / "a.npz")]) == 130
+    # A shell's background job ignores interrupts, and so would the optimiser.
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    try:
+        threading.Timer(0.5, _thread.interrupt_main).start()
+        assert cli.main(["make", "--steps", "1000000", "--out", str(tmp_path / "a.npz")]) == 130
+    finally:
+        signal.signal(signal.SIGINT, before)
     assert "of 1000000 steps) after" in capsys.readouterr().err
     assert not list(tmp_path.iterdir())
