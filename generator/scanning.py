@@ -104,7 +104,14 @@ def scan_group(size, d, samples, rng, candidates=100, secondary=10, progress=Non
     Returns
     -------
     ndarray of float64, shape (size, size, samples, d), in [0, 1)
+
+    Raises
+    ------
+    ValueError
+        If there are no candidates, or more secondary than primary ones.
     """
+    if not 1 <= secondary <= candidates:
+        raise ValueError(f"secondary: expected from 1 to {candidates} of the candidates, got {secondary!r}")
     scan = Scan(size, samples, d)
     for cell in scan.cells(progress):
         near, far = scan.neighbours(*cell)

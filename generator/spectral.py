@@ -143,8 +143,8 @@ def spectral(
     subsets = _subset_weights(dims, weights)
     views = prefix_views(samples) if frames == 1 else frame_views(frames)
     emphasis = PROGRESSIVE_EMPHASIS if progressive else SAMPLE_EMPHASIS if frames == 1 else FRAME_EMPHASIS
-    terms = passbands(size, views, scales, emphasis)
-    error = VisibleError(terms, subsets, resolution=np.count_nonzero(views, axis=1).max())
+    passed = passbands(size, views, scales, emphasis)
+    error = VisibleError(passed, subsets, resolution=np.count_nonzero(views, axis=1).max())
     layers, pixels = samples * frames, size * size
     strata = Strata(pixels, dims, samples, frames, rng, progressive)
     first = FIRST_STEP if progressive or layers == 1 else FIRST_STEP_OF_MANY
