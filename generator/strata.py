@@ -23,8 +23,6 @@ class Strata:
     frames : int
         Frames; with more than one, each layer is stratified alone, and runs of them are nets as far as that allows.
     rng : numpy.random.Generator
-    progressive : bool
-        See `generator.owen_nets.OwenNets`.
 
     Raises
     ------
@@ -32,11 +30,11 @@ class Strata:
         If `samples` is not a power of two.
     """
 
-    def __init__(self, pixels, dims, samples, frames, rng, progressive):
+    def __init__(self, pixels, dims, samples, frames, rng):
         self.dims = dims
         self.layers_stand_alone = samples == 1
         self.run = math.gcd(frames, RUN) if frames > 1 else samples
-        self.nets = OwenNets(pixels * samples * frames // self.run, self.run, dims, rng, progressive)
+        self.nets = OwenNets(pixels * samples * frames // self.run, self.run, dims, rng)
 
     def nearest(self, points):
         """Return stratified points near to free ones, both of shape (layers, pixels, D)."""

@@ -39,7 +39,7 @@ class Passbands:
     unfiltered: np.ndarray | None
 
 
-def passbands(size, views, scales, emphasis):
+def passbands(size, views, scales):
     """Return the passbands of all views.
 
     Parameters
@@ -50,8 +50,6 @@ def passbands(size, views, scales, emphasis):
         See `generator.layer_views`.
     scales : dict of float to float
         See `SCALES`.
-    emphasis : float
-        Of views of many layers, see `generator.layer_views.coupling`.
 
     Returns
     -------
@@ -59,12 +57,12 @@ def passbands(size, views, scales, emphasis):
     """
     squares = {sigma: gaussian_response(size, sigma) ** 2 for sigma in scales if sigma}
     band = sum(scales[sigma] * square / square.mean() for sigma, square in squares.items())
-    power, vectors = np.linalg.eigh(coupling(views, emphasis))
+    power, vectors = np.linalg.eigh(coupling(views))
     kept = power > 1e-6 * power.max()
     mixtures = np.sqrt(power[kept, None]) * vectors.T[kept]
     means = views[np.count_nonzero(views, axis=1) > 1]
     looks_inside = scales.get(0.0) and len(means)
-    unfiltered = (scales[0.0] * coupling(means, emphasis)).astype(np.float32) if looks_inside else None
+    unfiltered = (scales[0.0] * coupling(means)).astype(np.float32) if looks_inside else None
     return Passbands(mixtures.astype(np.float32), band.astype(np.float32), unfiltered)
 
 

@@ -180,6 +180,11 @@ def test_scanning_reproduces_the_papers_spectra():
     assert relative_error(tile.columns("lens.u", "lens.v"), (1.0,))[0] < 0.5
 
 
+def test_more_candidates_scan_better():
+    few, many = (make_tile("scanning", 16, ("t",), 1, candidates=m, secondary=m // 2).values for m in (2, 60))
+    assert relative_error(many, (1.0,))[0] < 0.6 * relative_error(few, (1.0,))[0]
+
+
 def test_scanned_tiles_join_seamlessly():
     """Neighbours across the tile's border differ in t as much as neighbours inside it."""
     t = make_tile("scanning", 32, ("t",), seed=2).values[:, :, 0, 0]
