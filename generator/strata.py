@@ -8,7 +8,10 @@ from .owen_nets import OwenNets
 
 RUN = 4
 """Frames whose points form a net in every pixel, counted from the first one. Nets of 16 were tried: the mean over 16
-frames is as good without, and single frames get worse (sigma = 1, all dimensions: 0.87 against 0.76)."""
+frames is as good without, and single frames get worse (sigma = 1, all dimensions: 0.87 against 0.76). Four frames that
+begin elsewhere can be a net only if the strata recur every four frames. That was tried too (32 x 32, 600 steps, mean
+over seven subsets, sigma = 0): four such frames have .38 instead of .50 of the error of independent ones, but 16 frames
+.70 instead of .22."""
 
 
 class Strata:
