@@ -56,7 +56,7 @@ def spectra_figure(tile):
         power.set(ylim=(0, 2))
         anisotropy.plot(spectrum.radius, spectrum.anisotropy, color="black")
         anisotropy.axhline(0, color="gray", linewidth=0.8)
-        anisotropy.set(ylim=(-20, 20), xlabel="cycles a tile")
+        anisotropy.set(ylim=(-25, 10), xlabel="cycles a tile")
     axes[1, 0].set_ylabel("power, white noise = 1")
     axes[2, 0].set_ylabel("anisotropy, dB")
     return figure
