@@ -60,7 +60,7 @@ def _cost_table():
 _COST_TABLE = _cost_table()
 
 # Modes that are looked at together: few enough for a processor's cache.
-_TOGETHER = 4
+_TOGETHER = 6
 
 # More than any permutation costs; infinity times the table's zeros would not do.
 _FORBIDDEN = np.float32(1e9)
@@ -104,7 +104,7 @@ def arrange(features, count, ranks, inside, before=None):
         node_ranks = ranks[:: 1 << level, :: 1 << level] >> np.uint32(2 * level)
         side = 2 << level
         whole = inside.reshape(height // side, side, -1, side).all(axis=(1, 3))
-        order = _rearranged(order, fields[level], backgrounds[level], node_ranks, whole, *_low_pass_at(level))
+        order = _rearranged(order, fields.pop(), backgrounds.pop(), node_ranks, whole, *_low_pass_at(level))
         if level:
             order = _children(order)
     return order

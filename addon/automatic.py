@@ -3,6 +3,7 @@
 
 import concurrent.futures
 import functools
+import os
 
 import numpy as np
 
@@ -11,8 +12,8 @@ from .arrangement import ALIGNMENT, arrange
 from .plan import LARGE, Plan, memory
 
 # Blocks of the sequence are arranged within windows of this many pixels a side, a multiple of `ALIGNMENT`.  Windows
-# that are worked at take 200 to 300 bytes a pixel, so only one in `_SPREAD` is at a time.
-_WINDOW, _SPREAD = 384, 7
+# that are worked at take some 200 bytes a pixel, so at most one in `_SPREAD` is at a time.
+_WINDOW, _SPREAD = 256, 12
 
 # Modes of the error that are weighed, and samples that tell which these are.
 _MODES, _TRIAL = 24, 4096
@@ -147,7 +148,8 @@ def _arrange(chosen, region, samples, sequence, first_seed, frames):
                 before = seen if before is None else [a + b for a, b in zip(before, seen, strict=True)]
 
     windows = region.windows(_WINDOW)
-    with concurrent.futures.ThreadPoolExecutor(max(1, len(windows) // _SPREAD)) as threads:
+    at_once = min(os.process_cpu_count(), len(windows) // _SPREAD)
+    with concurrent.futures.ThreadPoolExecutor(max(1, at_once)) as threads:
         list(threads.map(fill, windows))
     return plans
 
@@ -200,4 +202,4 @@ def numbers(chosen, ranks, samples, sequence, first=0):
 def _aligned(part, start):
     """Absolute coordinates of a part of the region that starts at `start`, out to the next multiples of `ALIGNMENT`."""
     first, last = part.start + start, part.stop + start
-    return np.arange(first - first % ALIGNMENT, last + -last % ALIGNMENT)
+    return np.arange(first - first % ALIGNMENT, last + -last % ALIGNMENT, dtype=np.int32)

@@ -1,7 +1,12 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Passes of a render result: read what Cycles wrote, put every pixel where it belongs, write it back."""
 
+import itertools
+
 import numpy as np
+
+# Rows that are written at a time: Blender holds a copy of them.
+_BAND = 64
 
 # Passes that Cycles writes for the first sample of its sequence only (kernel/film/data_passes.h).
 FIRST_SAMPLE_PASSES = {"Depth", "Position", "Object Index", "Material Index"}
@@ -29,12 +34,14 @@ def read_passes(engine, layer_name):
 
 def write_passes(engine, region, layer_name, passes):
     """Replace passes of one view layer of the engine's result by those of `read_passes`' form."""
-    for view in list(engine.get_result().views.keys()):
-        result = engine.begin_result(0, 0, *region.size, layer=layer_name, view=view)
+    width, height = region.size
+    for view, bottom in itertools.product(engine.get_result().views.keys(), range(0, height, _BAND)):
+        top = min(bottom + _BAND, height)
+        result = engine.begin_result(0, bottom, width, top - bottom, layer=layer_name, view=view)
         for render_pass in result.layers[0].passes:
             pixels = passes.get((render_pass.name, view))
             if pixels is not None:
-                render_pass.rect.foreach_set(pixels.ravel())
+                render_pass.rect.foreach_set(pixels[bottom * width : top * width].ravel())
         engine.end_result(result)
 
 

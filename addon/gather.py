@@ -308,7 +308,9 @@ def _rendered(engine, depsgraph, job):
             # A custom camera's Depth is a distance from the camera; only positions tell the depth along its axis.
             hit = depth[:, 0] < _NO_DEPTH
             depth[hit, 0] = job.views[view].depth(passes["Position", view][hit])
-    return {key: film.scatter(pixels, job.plan.film) for key, pixels in passes.items()}
+    for key in passes:
+        passes[key] = film.scatter(passes[key], job.plan.film)
+    return passes
 
 
 def _without_noise(job, passes, first, count):
