@@ -137,15 +137,14 @@ def _arrange(chosen, region, samples, sequence, first_seed, frames):
         before = None
         for plan in plans:
             ranks = cycles_random.pixel_ranks(x, y, plan.seed)
-            here = modes.features(weighed, numbers(weighed, ranks, samples, sequence))
-            is_last = plan is plans[-1]
-            if not is_last:
-                here = list(here)
-            order = arrange(here, len(weighed), ranks, inside, before)
+            drawn = numbers(weighed, ranks, samples, sequence)
+            order = arrange(modes.features(weighed, drawn), len(weighed), ranks, inside, before)
             plan.film[place.ravel()[order[inside]]] = place[inside]
-            if not is_last:
-                seen = [np.float32(WEIGHT) * feature.ravel()[order] for feature in here]
-                before = seen if before is None else [a + b for a, b in zip(before, seen, strict=True)]
+            if plan is not plans[-1]:
+                if before is None:
+                    before = np.zeros((len(weighed), *ranks.shape), np.float32)
+                for seen, feature in zip(before, modes.features(weighed, drawn), strict=True):
+                    seen += np.float32(WEIGHT) * feature.ravel()[order]
 
     windows = region.windows(_WINDOW)
     at_once = min(os.process_cpu_count(), len(windows) // _SPREAD)

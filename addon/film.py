@@ -5,8 +5,7 @@ import itertools
 
 import numpy as np
 
-# Rows that are written at a time: Blender holds a copy of them.
-_BAND = 64
+from .region import bands
 
 # Passes that Cycles writes for the first sample of its sequence only (kernel/film/data_passes.h).
 FIRST_SAMPLE_PASSES = {"Depth", "Position", "Object Index", "Material Index"}
@@ -35,13 +34,13 @@ def read_passes(engine, layer_name):
 def write_passes(engine, region, layer_name, passes):
     """Replace passes of one view layer of the engine's result by those of `read_passes`' form."""
     width, height = region.size
-    for view, bottom in itertools.product(engine.get_result().views.keys(), range(0, height, _BAND)):
-        top = min(bottom + _BAND, height)
-        result = engine.begin_result(0, bottom, width, top - bottom, layer=layer_name, view=view)
+    # Blender holds a copy of what is being written.
+    for view, band in itertools.product(engine.get_result().views.keys(), bands(height)):
+        result = engine.begin_result(0, band.start, width, band.stop - band.start, layer=layer_name, view=view)
         for render_pass in result.layers[0].passes:
             pixels = passes.get((render_pass.name, view))
             if pixels is not None:
-                render_pass.rect.foreach_set(pixels[bottom * width : top * width].ravel())
+                render_pass.rect.foreach_set(pixels[band.start * width : band.stop * width].ravel())
         engine.end_result(result)
 
 

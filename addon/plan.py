@@ -13,12 +13,10 @@ import numpy as np
 
 from . import cycles_random, film, openimageio
 from .failure import Refused
+from .region import bands
 
 # Plans, or groups of them, kept for the next frames and renders of this process: 4 to 16 bytes a pixel each.
 _REMEMBERED = 4
-
-# Rows of an image that are written at a time.
-_BAND = 64
 
 # A region of more pixels than this has samples enough to be moved about for every seed and frame: its plan is made
 # once.  A smaller one is soon made, and would show the same few samples again and again.
@@ -88,7 +86,7 @@ class Plan:
         return ranks.reshape(shape), {name: shift.reshape(shape) for name, shift in moved.items()}
 
     def write(self, path):
-        """Write the image that `camera.osl` reads: film column and row, then the lens shift if any, as 16-bit integers.
+        """Write the image that `camera.osl` reads: film column and row, then the lens shift, as 16-bit integers.
 
         Raises
         ------
@@ -99,11 +97,11 @@ class Plan:
         def entries(pixels):
             row, column = np.divmod(self.film[pixels], np.int32(self.width))
             if self.lens_shift is None:
-                return np.stack([column, row], axis=-1)
+                return np.column_stack([column, row, np.zeros((row.size, 2), np.int32)])
             # A shift by 1 may come out as 65535 / 65535; modulo 1 that is the same as none.
             return np.column_stack([column, row, np.rint(65535.0 * self.lens_shift[pixels])])
 
-        self._write(path, 2 if self.lens_shift is None else 4, entries)
+        self._write(path, 4, entries)
 
     def write_positions(self, path, positions, taken):
         """Write an image of where in its film pixel each render pixel's sample lies, and whether it is taken.
@@ -138,10 +136,10 @@ class Plan:
         spec.attribute("compression", "none")
         output = oiio.ImageOutput.create(path)
         written = bool(output) and output.open(path, spec)
-        for bottom in range(0, height, _BAND):
-            top = min(bottom + _BAND, height)
-            band = entries(slice(bottom * self.width, top * self.width)).astype(np.uint16)
-            written = written and output.write_scanlines(bottom, top, 0, band.reshape(-1, self.width, channels))
+        for band in bands(height):
+            part = entries(slice(band.start * self.width, band.stop * self.width)).astype(np.uint16)
+            part = part.reshape(-1, self.width, channels)
+            written = written and output.write_scanlines(band.start, band.stop, 0, part)
         if not (written and output.close()):
             raise Refused(f"Cannot write the sample plan to {path}: {output.geterror() if output else oiio.geterror()}")
 
