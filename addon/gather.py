@@ -40,8 +40,8 @@ from .region import Region, bands
 # Cycles' Depth where nothing was hit (kernel/film, pass accessor).
 _NO_DEPTH = 1e10
 
-# Side in pixels of Cycles' largest tile (session/tile.h).
-LARGEST_TILE = 8192
+# Cycles renders larger pictures in tiles whatever its settings say (`TileManager::MAX_TILE_SIZE`).
+LARGEST = 8192
 
 # Cycles' pass with the number of samples that each pixel got.
 _SAMPLE_COUNT = "Debug Sample Count"
@@ -268,9 +268,9 @@ def _set_sampling(settings, samples, seed):
     settings.sampling_pattern = "BLUE_NOISE"
     settings.seed = seed
     settings.use_animated_seed = False
-    # Cycles' own tiles reach the result only when all layers are done, and its denoiser would see pixels out of order
-    # (`addon.denoising` calls it once they are in order).
-    settings.tile_size = LARGEST_TILE
+    # Cycles' own tiles reach the result only when all layers are done, so there shall be one.
+    settings.tile_size = LARGEST
+    # Cycles' denoiser would see pixels out of order: `addon.denoising` calls it once they are in order.
     settings.use_denoising = False
 
 
@@ -305,7 +305,7 @@ def finish(engine, job, passes):
 def _rendered(engine, depsgraph, job):
     """One Cycles render: its passes with the pixels in order."""
     cycles.render(engine, depsgraph)
-    if max(job.region.size) > LARGEST_TILE:
+    if max(job.region.size) > LARGEST:
         cycles.render_frame_finish(engine)  # puts the tiles together
     passes = film.read_passes(engine, job.layer.name)
     width, height = job.region.size

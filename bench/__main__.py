@@ -17,7 +17,6 @@ from demo_blend import PAPER
 DEMO_SCENE = "wheels"
 #: Timed by default: the demo, and a scene where a sample costs about three times as much.
 TIMED = (DEMO_SCENE, "hazy_room")
-TIMED_SIZE = (1920, 1080)
 #: The demo and two scenes of other kinds.
 FEW = (DEMO_SCENE, "metal", "still_life")
 
@@ -42,8 +41,7 @@ def _errors_and_times(options: argparse.Namespace) -> str:
 
 def _times(options: argparse.Namespace, scenes: Sequence[str], pairs: int) -> str:
     progress = Progress(2 * pairs * len(scenes))
-    settings = Settings(size=tuple(options.size))
-    return str(timing.times([scene_file(name) for name in scenes], settings, pairs, progress.step))
+    return str(timing.times([scene_file(name) for name in scenes], Settings(size=(1920, 1080)), pairs, progress.step))
 
 
 def _quality(options: argparse.Namespace) -> str:
@@ -142,7 +140,7 @@ def _parser() -> argparse.ArgumentParser:
     parser.add_argument("--samples", type=_counts, default=(1, 2, 4), help="samples a pixel, as in 1,2,4")
     parser.add_argument("--seeds", type=int, default=4, help="images of each engine and sample count")
     parser.add_argument("--pairs", type=int, default=5, help="pairs of timed processes")
-    parser.set_defaults(run=_errors_and_times, size=TIMED_SIZE)
+    parser.set_defaults(run=_errors_and_times)
     commands = parser.add_subparsers(title="commands", metavar="COMMAND")
 
     over_scenes = commands.add_parser("quality", parents=[quick], help="error ratios over all scenes")
@@ -171,7 +169,6 @@ def _parser() -> argparse.ArgumentParser:
     times = commands.add_parser("times", help="wall time and memory against native")
     times.add_argument("--scenes", nargs="+", default=TIMED, metavar="SCENE", help="names or .blend files")
     times.add_argument("--pairs", type=int, default=5, help="pairs of timed processes")
-    times.add_argument("--size", type=int, nargs=2, default=TIMED_SIZE, metavar=("W", "H"), help="in pixels")
     times.set_defaults(run=lambda options: _times(options, options.scenes, options.pairs))
 
     animation = commands.add_parser("frames", parents=[quick], help="error of the mean of frames of still scenes")
