@@ -79,10 +79,12 @@ class Plan:
         """
         x, y = (np.arange(size) + corner for size, corner in zip(region.size, region.corner, strict=True))
         shape = len(y), len(x)
-        ranks = cycles_random.pixel_ranks(x[None, :], y[:, None], self.seed)
+        ranks = np.empty(self.film.size, np.uint32)
+        for band in bands(len(y)):
+            served = self.film[band.start * self.width : band.stop * self.width]
+            ranks[served] = cycles_random.pixel_ranks(x[None, :], y[band, None], self.seed).ravel()
         shifts = {} if self.lens_shift is None else dict(zip(("lens.u", "lens.v"), self.lens_shift.T, strict=True))
         moved = {name: film.scatter((256.0 * shift).astype(np.uint8), self.film) for name, shift in shifts.items()}
-        ranks = film.scatter(ranks.ravel(), self.film)
         return ranks.reshape(shape), {name: shift.reshape(shape) for name, shift in moved.items()}
 
     def write(self, path):

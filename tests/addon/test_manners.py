@@ -232,6 +232,7 @@ def test_passes_are_in_memory_once(monkeypatch):
     """And one of them twice, while its pixels are put in order; the plan takes 16 bytes a pixel at most."""
     side = 512
     scene = build_scene()
+    scene.spectral_tiles.control_variates = False
     scene.render.resolution_x = scene.render.resolution_y = side
     layer = bpy.context.view_layer
     layer.use_pass_normal = layer.use_pass_diffuse_direct = layer.use_pass_emit = True
