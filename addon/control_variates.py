@@ -35,6 +35,9 @@ _WEIGHTS = np.outer(_NEARNESS, _NEARNESS)
 _WEIGHTS[_NEIGHBOURS, _NEIGHBOURS] = 0.0
 _WEIGHTS /= _WEIGHTS.sum()
 
+# Rows of pixels that are worked at together, at most, a multiple of the block's: each takes some 100 bytes a pixel.
+_ROWS = 128
+
 # What differs from the mean over so many pixels to each side is noise.
 _REACH = 3
 
@@ -101,7 +104,7 @@ def without_noise(planes, numbers, chosen):
     """
     height = planes.shape[1]
     result = np.empty_like(planes)
-    part = _BLOCK * max(1, -(-height // (_BLOCK * (os.cpu_count() or 1))))
+    part = min(_ROWS, _BLOCK * max(1, -(-height // (_BLOCK * (os.process_cpu_count() or 1)))))
     # Blocks that are listened to, and the pixels around these.
     margin = (_NEIGHBOURS + 1) * _BLOCK
 
@@ -112,7 +115,7 @@ def without_noise(planes, numbers, chosen):
             if top <= own.start < top + part:
                 result[:, own] = planes[:, own] - explained
 
-    with concurrent.futures.ThreadPoolExecutor() as threads:
+    with concurrent.futures.ThreadPoolExecutor(os.process_cpu_count()) as threads:
         list(threads.map(clean, range(0, height, part)))
     return result
 
@@ -182,7 +185,9 @@ class _Blocks:
         # In squares of what chance would make of no slope at all.
         evidence = np.square(product) / np.maximum(variance * power * np.square(_WEIGHTS).sum(), _TINY)
         slope *= np.maximum(1.0 - _DOUBT / np.maximum(evidence, _DOUBT), 0.0)
-        slope *= evidence.sum(axis=2, keepdims=True) > count + _PROOF * np.sqrt(2.0 * count)
+        is_proven = evidence.sum(axis=2, keepdims=True) > count + _PROOF * np.sqrt(2.0 * count)
+        # A picture of a single block has nobody to listen to, only what rounding leaves of itself.
+        slope *= is_proven & (pixels > 0.01)
         scale = np.minimum(self.size / np.sqrt(np.maximum(variance, _TINY)), 1.0)
         return _from_blocks(scale * (slope @ self.waves))[:, : self._rows]
 

@@ -35,10 +35,13 @@ from .analysis import scene_use
 from .failure import Refused
 from .plan import Plan
 from .reconstruction import Filter, Reconstruction, positions
-from .region import Region
+from .region import Region, bands
 
 # Cycles' Depth where nothing was hit (kernel/film, pass accessor).
 _NO_DEPTH = 1e10
+
+# Cycles renders larger pictures in tiles whatever its settings say (`TileManager::MAX_TILE_SIZE`).
+LARGEST = 8192
 
 # Cycles' pass with the number of samples that each pixel got.
 _SAMPLE_COUNT = "Debug Sample Count"
@@ -265,9 +268,9 @@ def _set_sampling(settings, samples, seed):
     settings.sampling_pattern = "BLUE_NOISE"
     settings.seed = seed
     settings.use_animated_seed = False
-    # Cycles' own tiles reach the result only when all layers are done, and its denoiser would see pixels out of order
-    # (`addon.denoising` calls it once they are in order).
-    settings.use_auto_tile = False
+    # Cycles' own tiles reach the result only when all layers are done, so there shall be one.
+    settings.tile_size = LARGEST
+    # Cycles' denoiser would see pixels out of order: `addon.denoising` calls it once they are in order.
     settings.use_denoising = False
 
 
@@ -302,13 +305,20 @@ def finish(engine, job, passes):
 def _rendered(engine, depsgraph, job):
     """One Cycles render: its passes with the pixels in order."""
     cycles.render(engine, depsgraph)
+    if max(job.region.size) > LARGEST:
+        cycles.render_frame_finish(engine)  # puts the tiles together
     passes = film.read_passes(engine, job.layer.name)
+    width, height = job.region.size
     for (name, view), depth in passes.items():
         if name == "Depth":
             # A custom camera's Depth is a distance from the camera; only positions tell the depth along its axis.
-            hit = depth[:, 0] < _NO_DEPTH
-            depth[hit, 0] = job.views[view].depth(passes["Position", view][hit])
-    return {key: film.scatter(pixels, job.plan.film) for key, pixels in passes.items()}
+            for band in bands(height):
+                part = slice(band.start * width, band.stop * width)
+                hit = depth[part, 0] < _NO_DEPTH
+                depth[part][hit, 0] = job.views[view].depth(passes["Position", view][part][hit])
+    for key in passes:
+        passes[key] = film.scatter(passes[key], job.plan.film)
+    return passes
 
 
 def _without_noise(job, passes, first, count):
