@@ -36,7 +36,7 @@ _WEIGHTS[_NEIGHBOURS, _NEIGHBOURS] = 0.0
 _WEIGHTS /= _WEIGHTS.sum()
 
 # Rows of pixels that are worked at together, at most, a multiple of the block's: each takes some 100 bytes a pixel.
-_ROWS = 128
+_ROWS = 256
 
 # What differs from the mean over so many pixels to each side is noise.
 _REACH = 3
@@ -185,9 +185,7 @@ class _Blocks:
         # In squares of what chance would make of no slope at all.
         evidence = np.square(product) / np.maximum(variance * power * np.square(_WEIGHTS).sum(), _TINY)
         slope *= np.maximum(1.0 - _DOUBT / np.maximum(evidence, _DOUBT), 0.0)
-        is_proven = evidence.sum(axis=2, keepdims=True) > count + _PROOF * np.sqrt(2.0 * count)
-        # A picture of a single block has nobody to listen to, only what rounding leaves of itself.
-        slope *= is_proven & (pixels > 0.01)
+        slope *= evidence.sum(axis=2, keepdims=True) > count + _PROOF * np.sqrt(2.0 * count)
         scale = np.minimum(self.size / np.sqrt(np.maximum(variance, _TINY)), 1.0)
         return _from_blocks(scale * (slope @ self.waves))[:, : self._rows]
 
