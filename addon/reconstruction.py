@@ -4,6 +4,15 @@
 Cycles itself moves each sample by a random offset drawn from the filter and averages what falls on a pixel, so a sample
 serves one pixel only.  Here positions are uniform, a sample is shared by all pixels around it, and the noise, which a
 plan makes blue, passes through the filter's low-pass (Mitchell 1991, section 3 and figure 2).
+
+Pixels may have different numbers of samples.  Mitchell 1987, section 4, shows that a plain weighted mean then gives
+dense spots too much weight, and filters in stages instead: means over cells, so that each piece of the film counts by
+its area, then the final filter.  With cells of one pixel, in which the density is even, the stages are one sum: pixel P
+has the mean of its n_P samples, weight 1 / n_P each, and to let each of these pass the final filter k at its own place,
+
+    sum over P of 1 / n_P sum over i in P of k(x - x_i) f(x_i)   with expectation   integral of k(x - s) f(s) ds,
+
+adds none of the blur that k at the cell's centre would.  The expectation does not depend on any n_P.
 """
 
 import concurrent.futures

@@ -42,6 +42,50 @@ def test_edge_has_the_profile_of_the_filter(kind):
     assert np.all(np.abs(rows.mean(axis=0) - expected) <= 5.0 * error + rows.var(axis=0) + 1e-4)
 
 
+def filtered(picture, rates, chosen, seed=1, weight=None):
+    """What `gather` makes of samples picture(x), rates[y, x] of each pixel: (height, width)."""
+    height, width = rates.shape
+    region = Region((width, height), (0, 0), (width, height))
+    sums = Reconstruction(chosen, 1, height, width)
+    for sample in range(rates.max()):
+        where = positions(region, sample, seed)
+        taken = (sample < rates).astype(np.float32)
+        radiance = picture(np.arange(width) + (where[0] + 0.5) / 65536.0).astype(np.float32)
+        sums.add(radiance[None] * taken, where, taken / rates if weight is None else weight * taken)
+    return sums.pixels()[0]
+
+
+@pytest.mark.parametrize("kind", ["TENT", "GAUSSIAN", "LANCZOS"])
+def test_dense_spots_do_not_bleed(kind):
+    """Dark and bright, 1 and 4 samples side by side: expected is what 4 everywhere give (Mitchell 1987, section 4)."""
+    height, width, edge = 4000, 12, 6
+    dense = np.broadcast_to(np.where(np.arange(width) < edge, 1, 4), (height, width))
+    chosen = Filter(kind, CUSTOMARY_WIDTHS[kind])
+    generator = np.random.default_rng(7)
+
+    def step(x):
+        return (x >= edge) + generator.normal(0.0, 0.2, x.shape)
+
+    even, ours = filtered(step, np.full_like(dense, 4), chosen), filtered(step, dense, chosen)
+    plain = filtered(step, dense, chosen, weight=0.25)
+    error = np.sqrt((ours.var(axis=0) + even.var(axis=0)) / height)
+    off = np.abs(ours.mean(axis=0) - even.mean(axis=0))
+    # The ratio of two sums is off by a share of its variance.
+    assert np.all(off <= 5.0 * error + ours.var(axis=0))
+    assert off[edge - 1] < 0.25 * abs(plain.mean(axis=0) - even.mean(axis=0))[edge - 1]
+
+
+def test_a_bright_dense_spot_keeps_its_energy():
+    rates = np.ones((33, 33), int)
+    rates[15:18, 15:18] = 4
+    sums = []
+    for seed in range(40):
+        spot = np.zeros((33, 33))
+        spot[16, 16] = 100.0
+        sums.append(filtered(lambda x, spot=spot: spot, rates, Filter("GAUSSIAN", 3.0), seed).sum())
+    assert abs(np.mean(sums) - 100.0) <= 5.0 * np.std(sums) / np.sqrt(len(sums)) + 0.5
+
+
 def test_uneven_positions_cover_the_pixel():
     region = Region((64, 64), (0, 0), (64, 64))
     where = np.stack([positions(region, sample, 3) for sample in range(4)]) / 65536.0
