@@ -39,14 +39,26 @@ def test_nothing_to_tell_pixels_apart(picture):
     assert not adaptive.levels_over_threshold(picture, 1.0).any()
 
 
-def test_a_pixels_own_value_has_no_say_in_its_rate():
+@pytest.mark.parametrize("place", [(20, 45), (0, 59), (39, 31)])
+def test_a_pixels_own_value_has_no_say_in_its_rate(place):
     """Weighing one value by what it decided itself would lose light (or make some)."""
     picture = half_noisy()
     changed = picture.copy()
-    changed[20, 45] = 30.0
-    before, after = (adaptive._variance(image)[20, 45] for image in (picture, changed))
+    changed[place] = 30.0
+    before, after = (adaptive._variance(image)[place] for image in (picture, changed))
     assert after == pytest.approx(before, rel=1e-3)
     assert adaptive.levels_over_threshold(changed, 1.0)[20, 45] == adaptive.levels_over_threshold(picture, 1.0)[20, 45]
+
+
+def test_variance_is_that_of_the_noise():
+    """Up to the border, and however the picture itself rises."""
+    noise = np.random.default_rng(3).normal(0.0, 0.2, (60, 80, 1)).astype(np.float32)
+    picture = np.ones((60, 80, 4), np.float32)
+    picture[..., :3] = 0.01 * np.arange(80, dtype=np.float32)[:, None] + noise
+    variance = adaptive._variance(picture)
+    assert variance.mean() == pytest.approx(0.04, rel=0.05)
+    assert variance[0].mean() == pytest.approx(0.04, rel=0.2)
+    assert variance.std() < 0.01
 
 
 def scene_with_a_shadow():
