@@ -73,7 +73,7 @@ def place_in_group(seed, frame):
     return group, (seed + _GROUP * group) % (2**31 - _GROUP), place
 
 
-def make(use, region, samples, seed, frame=None, sequence=None):
+def make(use, region, samples, seed, frame=None):
     """Plan for a frame; remembered, so that other frames and seeds of a large region cost nothing.
 
     Parameters
@@ -81,13 +81,11 @@ def make(use, region, samples, seed, frame=None, sequence=None):
     use : analysis.SceneUse
     region : addon.region.Region
     samples : int
-        Samples a pixel to arrange.
+        Samples a pixel.
     seed : int
         Another seed gives another, equally good plan.
     frame : int, optional
         Of an animation whose pattern changes from frame to frame.  The first one costs as much as all of its group.
-    sequence : int, optional
-        Samples a pixel of Cycles' whole sequence, if those are only the first of it.
 
     Returns
     -------
@@ -97,21 +95,21 @@ def make(use, region, samples, seed, frame=None, sequence=None):
     group, first_seed, place = place_in_group(seed, frame)
     is_large = region.pixels > LARGE
     frames = 1 if frame is None else _GROUP
-    key = (chosen, region, samples, sequence or samples, 0 if is_large else first_seed, frames)
+    key = (chosen, region, samples, 0 if is_large else first_seed, frames)
     plan = memory.get(key, lambda: _arrange(*key))[place]
     if not is_large:
         return plan
     return plan.moved(*np.random.default_rng((seed, group % 2**32)).integers(0, region.size))
 
 
-def _arrange(chosen, region, samples, sequence, first_seed, frames):
+def _arrange(chosen, region, samples, first_seed, frames):
     """Plans of that many frames with consecutive seeds, each complementing those before it."""
     width = region.size[0]
     films = np.tile(np.arange(region.pixels, dtype=np.int32), (frames, 1))
     plans = [Plan(first_seed + place, width, film) for place, film in enumerate(films)]
     if not chosen:
         return plans
-    error_modes = _error_modes(chosen, samples, sequence)
+    error_modes = _error_modes(chosen, samples)
 
     def fill(window):
         y, x = (_aligned(part, start) for part, start in zip(window, region.corner[::-1], strict=True))
@@ -121,7 +119,7 @@ def _arrange(chosen, region, samples, sequence, first_seed, frames):
         before = None
         for plan in plans:
             ranks = cycles_random.pixel_ranks(x, y, plan.seed)
-            here = modes.features(error_modes, _numbers(error_modes, ranks, samples, sequence))
+            here = modes.features(error_modes, _numbers(error_modes, ranks, samples))
             is_last = plan is plans[-1]
             if not is_last:
                 here = list(here)
@@ -138,16 +136,16 @@ def _arrange(chosen, region, samples, sequence, first_seed, frames):
 
 
 @functools.cache
-def _error_modes(chosen, samples, sequence):
+def _error_modes(chosen, samples):
     """The modes in which pixels with that many samples differ most."""
     total = modes.variances(chosen)
     ranks = np.arange(max(_TRIAL // samples, 256), dtype=np.uint32)
-    return modes.strongest(total, _numbers(total, ranks, samples, sequence), _MODES)
+    return modes.strongest(total, _numbers(total, ranks, samples), _MODES)
 
 
-def _numbers(error_modes, ranks, samples, sequence):
-    """Leading bytes of what the modes depend on, at the first samples of each pixel's share of the sequence."""
-    index = ranks * np.uint32(sequence) + np.arange(samples, dtype=np.uint32).reshape(-1, *(1,) * ranks.ndim)
+def _numbers(error_modes, ranks, samples):
+    """Leading bytes of what the modes depend on, at the samples of each pixel's share of the sequence."""
+    index = ranks * np.uint32(samples) + np.arange(samples, dtype=np.uint32).reshape(-1, *(1,) * ranks.ndim)
     return cycles_random.leading_bytes(index, sorted({name for mode in error_modes for name, _ in mode}))
 
 
