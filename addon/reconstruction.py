@@ -107,11 +107,16 @@ class Filter:
         return np.where(np.abs(x) < self._half, self._scale * self._shape(x, self._half), 0.0).astype(np.float32)
 
 
+# Steps of the R2 sequence (Roberts 2018), in 65,536ths.
+_STEPS = np.array((49471, 37345), np.uint16)
+
+
 def positions(region, sample, seed):
     """Where in its pixel the n-th sample of every pixel lies.
 
-    Uniform, so that the expectation is the filtered picture's; the further samples of a pixel follow the R2 sequence
-    (Roberts 2018) and keep well apart.
+    From pixel to pixel, and from sample to sample, positions go on by the steps of the R2 sequence: neighbours keep well
+    apart, so that what falls into any filter is nearly the same amount everywhere.  The start is uniform, so that the
+    expectation is the filtered picture's.
 
     Parameters
     ----------
@@ -126,9 +131,9 @@ def positions(region, sample, seed):
         x and y: q stands for (q + 1/2) / 65536 of a pixel.
     """
     width, height = region.size
-    first = np.random.default_rng(seed).integers(0, 65536, (2, height, width), np.uint16)
-    steps = [int(65536 * (sample * step % 1.0)) for step in (0.7548776662466927, 0.5698402909980532)]
-    return first + np.array(steps, np.uint16)[:, None, None]
+    start = np.random.default_rng(seed).integers(0, 65536, 2, np.uint16)
+    along, up = np.arange(sample, sample + width, dtype=np.uint16), np.arange(height, dtype=np.uint16)[:, None]
+    return np.stack([q + step * along + other * up for q, step, other in zip(start, _STEPS, _STEPS[::-1], strict=True)])
 
 
 class Reconstruction:
