@@ -207,9 +207,6 @@ def prepare(engine, depsgraph):
     before = [(owner, persistence.values(owner)) for owner in (scene.cycles, *camera.written(views))]
     _set_sampling(scene.cycles, settings.samples, sample_plan.seed)
     camera.replace(scene, views, region, image)
-    chosen = None
-    if settings.filter != "AS_CYCLES":
-        chosen = Filter(settings.filter, settings.filter_width, settings.filter_b, settings.filter_c)
     return Job(
         region=region,
         plan=sample_plan,
@@ -220,7 +217,7 @@ def prepare(engine, depsgraph):
         rates=rates,
         choose_levels=choose_levels,
         extra_plan=extra_plan,
-        filter=chosen,
+        filter=driver.chosen_filter(settings),
         denoise=denoise,
         folder=folder,
         before=before,
