@@ -23,6 +23,10 @@ _SIGMA = 4.0
 # Share of the picture's mean variance that every pixel is credited with: neighbours may be silent by chance.
 _DOUBT = 0.1
 
+# Pixels whose worths differ by less than this many doublings are taken in random order: one rate fades into the next
+# where the noise changes slowly, and a budget that ends among equals leaves no edge.
+_DITHER = 0.5
+
 # Error of a part of a block over that of a whole block of that size, seen through a low-pass.
 _BROKEN = 1.5
 
@@ -91,8 +95,7 @@ def levels_in_budget(picture, rates):
     """
     variance = _variance(picture)
     worth = np.log2(variance + _DOUBT * variance.mean() + 1e-30)
-    # Pixels of equal worth are taken in random order, so that a budget that ends among them leaves no edge.
-    worth += 1e-3 * np.random.default_rng(0).random(worth.shape, np.float32)
+    worth += _DITHER * np.random.default_rng(0).random(worth.shape, np.float32)
     counts = rates.counts
     by_step = np.log2([_BROKEN, 1.0]) - np.log2(counts[:-1] * counts[1:])
     best_first = np.argsort(-(by_step.astype(np.float32)[:, None, None] + worth), axis=None)

@@ -107,16 +107,17 @@ class Filter:
         return np.where(np.abs(x) < self._half, self._scale * self._shape(x, self._half), 0.0).astype(np.float32)
 
 
-# Steps of the R2 sequence (Roberts 2018), in 65,536ths.
+# Steps of the R2 sequence (Roberts 2018) from sample to sample, and from pixel to pixel, in 65,536ths.
 _STEPS = np.array((49471, 37345), np.uint16)
+_HALF, _GOLDEN = np.uint16(32768), np.uint16(40503)
 
 
 def positions(region, sample, seed):
     """Where in its pixel the n-th sample of every pixel lies.
 
-    From pixel to pixel, and from sample to sample, positions go on by the steps of the R2 sequence: neighbours keep well
-    apart, so that what falls into any filter is nearly the same amount everywhere.  The start is uniform, so that the
-    expectation is the filtered picture's.
+    Neighbours keep well apart, by half a pixel one way and the golden ratio the other way, so that what falls into any
+    filter is nearly the same amount everywhere; further samples follow the R2 sequence.  The start is uniform, so that
+    the expectation is the filtered picture's.
 
     Parameters
     ----------
@@ -131,9 +132,9 @@ def positions(region, sample, seed):
         x and y: q stands for (q + 1/2) / 65536 of a pixel.
     """
     width, height = region.size
-    start = np.random.default_rng(seed).integers(0, 65536, 2, np.uint16)
-    along, up = np.arange(sample, sample + width, dtype=np.uint16), np.arange(height, dtype=np.uint16)[:, None]
-    return np.stack([q + step * along + other * up for q, step, other in zip(start, _STEPS, _STEPS[::-1], strict=True)])
+    x, y = np.random.default_rng(seed).integers(0, 65536, 2, np.uint16) + np.uint16(sample) * _STEPS
+    column, row = np.arange(width, dtype=np.uint16), np.arange(height, dtype=np.uint16)[:, None]
+    return np.stack([x + _HALF * column + _GOLDEN * row, y + _GOLDEN * column + _HALF * row])
 
 
 class Reconstruction:

@@ -34,6 +34,20 @@ def test_even_noise_gets_even_rates():
     assert np.mean(adaptive.levels_in_budget(picture, adaptive.rates_in_budget(2)) == 1) > 0.95
 
 
+def test_rates_fade_into_each_other():
+    """Where the noise changes slowly there is no line with one rate on this side and another on that."""
+    picture = np.ones((200, 120, 4), np.float32)
+    noise = np.random.default_rng(4).normal(size=(200, 120, 1)) * np.geomspace(0.05, 0.2, 120)[:, None]
+    picture[..., :3] += noise.astype(np.float32)
+    levels = adaptive.levels_in_budget(picture, adaptive.rates_in_budget(2))
+    assert levels[:, 0].mean() < 0.1
+    assert levels[:, -1].mean() > 1.5
+    # Share of neighbours with different rates, by seven columns.
+    mixed = (np.diff(levels, axis=1) != 0).mean(axis=0).reshape(-1, 7).mean(axis=1)
+    assert mixed[:5].max() > 0.25
+    assert mixed[6:12].max() < 0.05
+
+
 @pytest.mark.parametrize("picture", [np.zeros((8, 9, 4), np.float32), np.ones((1, 1, 4), np.float32)])
 def test_nothing_to_tell_pixels_apart(picture):
     assert np.all(adaptive.levels_in_budget(picture, adaptive.rates_in_budget(2)) == 1)
