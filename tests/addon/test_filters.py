@@ -129,7 +129,8 @@ def test_transparent_film_is_filtered_premultiplied(tmp_path):
     assert len(np.unique(pixels[..., 3].round(3))) > 4
 
 
-def test_data_passes_are_not_mixed(tmp_path):
+@pytest.mark.parametrize("kind", ["TENT", "LANCZOS"])
+def test_data_passes_are_not_mixed(tmp_path, kind):
     scene = scene_with_edges()
     layer = bpy.context.view_layer
     layer.use_pass_z = layer.use_pass_object_index = layer.use_pass_normal = True
@@ -137,7 +138,7 @@ def test_data_passes_are_not_mixed(tmp_path):
     for index, made in enumerate(bpy.data.objects):
         made.pass_index = 10 * index
     scene.cycles.max_bounces = 0
-    scene.spectral_tiles.filter = "TENT"
+    scene.spectral_tiles.filter = kind
     passes = rendering.render(tmp_path, "SPECTRAL_TILES", 2)
     allowed = {float(made.pass_index) for made in bpy.data.objects if made.type == "MESH"}
     assert set(np.unique(passes["ViewLayer.Object Index"])) <= allowed
