@@ -58,7 +58,7 @@ def filtered(picture, rates, chosen, seed=1, weight=None):
 @pytest.mark.parametrize("kind", ["TENT", "GAUSSIAN", "LANCZOS"])
 def test_dense_spots_do_not_bleed(kind):
     """Dark and bright, 1 and 4 samples side by side: expected is what 4 everywhere give (Mitchell 1987, section 4)."""
-    height, width, edge = 4000, 12, 6
+    height, width, edge = 2000, 12, 6
     dense = np.broadcast_to(np.where(np.arange(width) < edge, 1, 4), (height, width))
     chosen = Filter(kind, CUSTOMARY_WIDTHS[kind])
     generator = np.random.default_rng(7)
