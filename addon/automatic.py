@@ -90,7 +90,7 @@ def place_in_group(seed, frame):
     return group, (seed + _GROUP * group) % (2**31 - _GROUP), place
 
 
-def make(use, region, samples, seed, frame=None, sequence=None):
+def make(use, region, samples, seed, frame=None):
     """Plan for a frame; remembered, so that other frames and seeds of a large region cost nothing.
 
     Parameters
@@ -98,13 +98,11 @@ def make(use, region, samples, seed, frame=None, sequence=None):
     use : analysis.SceneUse
     region : addon.region.Region
     samples : int
-        Samples a pixel to arrange.
+        Samples a pixel.
     seed : int
         Another seed gives another, equally good plan.
     frame : int, optional
         Of an animation whose pattern changes from frame to frame.  The first one costs as much as all of its group.
-    sequence : int, optional
-        Samples a pixel of Cycles' whole sequence, if those are only the first of it.
 
     Returns
     -------
@@ -114,21 +112,21 @@ def make(use, region, samples, seed, frame=None, sequence=None):
     group, first_seed, place = place_in_group(seed, frame)
     is_large = region.pixels > LARGE
     frames = 1 if frame is None else _GROUP
-    key = (chosen, region, samples, sequence or samples, 0 if is_large else first_seed, frames)
+    key = (chosen, region, samples, 0 if is_large else first_seed, frames)
     plan = memory.get(key, lambda: _arrange(*key))[place]
     if not is_large:
         return plan
     return plan.moved(*np.random.default_rng((seed, group % 2**32)).integers(0, region.size))
 
 
-def _arrange(chosen, region, samples, sequence, first_seed, frames):
+def _arrange(chosen, region, samples, first_seed, frames):
     """Plans of that many frames with consecutive seeds, each complementing those before it."""
     width = region.size[0]
     films = np.tile(np.arange(region.pixels, dtype=np.int32), (frames, 1))
     plans = [Plan(first_seed + place, width, film) for place, film in enumerate(films)]
     if not chosen:
         return plans
-    weighed = error_modes(chosen, samples, sequence)
+    weighed = error_modes(chosen, samples)
 
     def fill(window):
         y, x = (_aligned(part, start) for part, start in zip(window, region.corner[::-1], strict=True))
@@ -138,7 +136,7 @@ def _arrange(chosen, region, samples, sequence, first_seed, frames):
         before = None
         for plan in plans:
             ranks = cycles_random.pixel_ranks(x, y, plan.seed)
-            drawn = numbers(weighed, ranks, samples, sequence)
+            drawn = numbers(weighed, ranks, samples, samples)
             order = arrange(modes.features(weighed, drawn), len(weighed), ranks, inside, before)
             plan.film[place.ravel()[order[inside]]] = place[inside]
             if plan is not plans[-1]:
@@ -155,15 +153,15 @@ def _arrange(chosen, region, samples, sequence, first_seed, frames):
 
 
 @functools.cache
-def error_modes(chosen, samples, sequence, count=_MODES):
+def error_modes(chosen, samples, count=_MODES):
     """The modes in which pixels differ most.
 
     Parameters
     ----------
     chosen : tuple
         Of `shares`.
-    samples, sequence : int
-        Samples of each pixel, and of each pixel's share of Cycles' sequence.
+    samples : int
+        Samples of each pixel.
     count : int
         How many modes.
 
@@ -174,7 +172,7 @@ def error_modes(chosen, samples, sequence, count=_MODES):
     """
     total = modes.variances(chosen)
     ranks = np.arange(max(_TRIAL // samples, 256), dtype=np.uint32)
-    return modes.strongest(total, numbers(total, ranks, samples, sequence), count)
+    return modes.strongest(total, numbers(total, ranks, samples, samples), count)
 
 
 def numbers(chosen, ranks, samples, sequence, first=0):

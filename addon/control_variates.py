@@ -72,7 +72,7 @@ def of_picture(use, region, plan, sequence):
     sources = tuple(automatic.shares(use))
 
     def taken_out(planes, first, samples):
-        chosen = list(automatic.error_modes(sources, samples, sequence, _MODES))
+        chosen = list(automatic.error_modes(sources, samples, _MODES))
 
         def numbers(rows):
             found = automatic.numbers(chosen, ranks[rows], samples, sequence, first)

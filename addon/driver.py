@@ -6,6 +6,7 @@ from cycles import engine as cycles
 
 from . import openimageio
 from .failure import Refused
+from .reconstruction import Filter
 
 
 def check_build():
@@ -30,6 +31,13 @@ def seed_and_frame(scene):
     """Seed of the scene's pattern, and the frame that the pattern changes with; None if it does not."""
     frame = scene.frame_current if scene.cycles.use_animated_seed else None
     return scene.spectral_tiles.seed + (frame or 0), frame
+
+
+def chosen_filter(settings):
+    """What samples are spread by, or None if Cycles' own filter is wanted."""
+    if settings.filter == "AS_CYCLES":
+        return None
+    return Filter(settings.filter, settings.filter_width, settings.filter_b, settings.filter_c)
 
 
 def why_not_gather(scene):

@@ -89,5 +89,6 @@ def with_colours(passes, planes):
     for key in keys:
         if albedo := _albedo(passes, key):
             light, divisor = replaced[key], replaced[albedo]
-            replaced[key] = np.divide(light, divisor, out=np.zeros_like(light), where=divisor > 0.0)
+            # Below zero where a filter's lobes are: the passes' product is to be the light there, too.
+            replaced[key] = np.divide(light, divisor, out=np.zeros_like(light), where=divisor != 0.0)
     return replaced

@@ -46,6 +46,12 @@ LARGEST = 8192
 # Cycles' pass with the number of samples that each pixel got.
 _SAMPLE_COUNT = "Debug Sample Count"
 
+# Between the seeds of a picture's two plans, beyond any animation's.
+_APART = 1 << 30
+
+# File names of a plan's image; those that belong to the second plan begin with another word.
+_PLAN, _EXTRA = "plan.tif", "extra_"
+
 
 @dataclass(frozen=True)
 class Job:
@@ -61,10 +67,12 @@ class Job:
     views : dict of str to camera.View
     seed : int
         As the user set it, or as it follows the frame.
-    base : int
-        Samples that every pixel gets.
+    rates : adaptive.Rates
+        Samples of a pixel at each level; the base is all there is without levels.
     choose_levels : callable or None
-        Picture at the base rate -> doublings of it for each pixel (`addon.adaptive`); None if all get the same.
+        Picture at the base rate -> level of each pixel (`addon.adaptive`); None if all get the same.
+    extra_plan : Plan or None
+        For the extra samples of the highest level.
     filter : Filter or None
         What samples are spread by; None leaves that to Cycles.
     without_noise : callable or None
@@ -85,8 +93,9 @@ class Job:
     layer: bpy.types.ViewLayer
     views: dict[str, camera.View]
     seed: int
-    base: int
+    rates: adaptive.Rates
     choose_levels: Callable | None
+    extra_plan: Plan | None
     filter: Filter | None
     without_noise: Callable | None
     denoise: bool
@@ -176,35 +185,39 @@ def prepare(engine, depsgraph):
     region = Region.of_render(scene.render)
     use = scene_use(depsgraph)
     seed, frame = driver.seed_and_frame(scene)
-    base, sequence, choose_levels = _rates(settings)
+    rates, choose_levels = _rates(settings)
     tile = library.tile(settings, scene.library, use.dims)
-    if tile is None and use.is_direct and use.dims and sequence == 1:
+    if tile is None and use.is_direct and use.dims and settings.samples == 1:
         # Nothing but the tile's own dimensions is left to chance, and the rest need not be spared.
         tile = library.spectral(use.dims)
-    if tile is None:
-        sample_plan = automatic.make(use, region, settings.samples, settings.seed, frame, sequence)
-    else:
+
+    def plan_of(samples, own_seed, cycles_seed):
+        if tile is None:
+            return automatic.make(use, region, samples, own_seed, frame)
         dims = tuple(name for name in use.dims if name in tile.dims)
-        sample_plan = tile_plan.make(tile, dims, region, settings.samples, seed, sequence)
-        if sample_plan.miss:
-            engine.report({"INFO"}, f"Cycles' numbers miss the tile's by, on average: {sample_plan.miss}")
+        return tile_plan.make(tile, dims, region, samples, cycles_seed)
+
+    sample_plan = plan_of(settings.samples, settings.seed, seed)
+    if sample_plan.miss:
+        engine.report({"INFO"}, f"Cycles' numbers miss the tile's by, on average: {sample_plan.miss}")
+    extra_plan = plan_of(rates.extra, settings.seed ^ _APART, seed ^ _APART) if choose_levels else None
 
     if layer.use_pass_z:
         engine.add_pass("Position", 3, "XYZ", layer=layer.name)
     denoise = denoising.prepare(engine, scene, layer)
     folder = tempfile.TemporaryDirectory(prefix="spectral_tiles_", dir=bpy.app.tempdir)
-    image = os.path.join(folder.name, "plan.tif")
+    image = os.path.join(folder.name, _PLAN)
     sample_plan.write(image)
+    if extra_plan:
+        extra_plan.write(os.path.join(folder.name, _EXTRA + _PLAN))
     facts = layers.facts(scene, layer.name, tile, sample_plan, seed, settings.samples)
     before = [(owner, persistence.values(owner)) for owner in (scene.cycles, *camera.written(views))]
-    _set_sampling(scene.cycles, sequence, sample_plan.seed)
+    _set_sampling(scene.cycles, settings.samples, sample_plan.seed)
     camera.replace(scene, views, region, image)
-    without_noise, chosen = None, None
+    without_noise = None
     # Whoever chose a tile wants to see what it does, and layers of a picture are merged by their samples alone.
     if settings.control_variates and settings.tile == "AUTO" and not scene.cycles.use_sample_subset:
-        without_noise = control_variates.of_picture(use, region, sample_plan, sequence)
-    if settings.filter != "AS_CYCLES":
-        chosen = Filter(settings.filter, settings.filter_width, settings.filter_b, settings.filter_c)
+        without_noise = control_variates.of_picture(use, region, sample_plan, settings.samples)
     return Job(
         region=region,
         plan=sample_plan,
@@ -212,9 +225,10 @@ def prepare(engine, depsgraph):
         layer=depsgraph.view_layer,
         views=views,
         seed=seed,
-        base=base,
+        rates=rates,
         choose_levels=choose_levels,
-        filter=chosen,
+        extra_plan=extra_plan,
+        filter=driver.chosen_filter(settings),
         without_noise=without_noise,
         denoise=denoise,
         folder=folder,
@@ -224,15 +238,16 @@ def prepare(engine, depsgraph):
 
 
 def _rates(settings):
-    """Samples that every pixel gets, samples of Cycles' sequence, and what chooses between (see `Job`)."""
+    """Samples of a pixel at each level, and what chooses between these (see `Job`)."""
     samples = settings.samples
-    if settings.adaptive == "OFF":
-        return samples, samples, None
     if settings.adaptive == "THRESHOLD":
         threshold = settings.adaptive_threshold
-        return samples, samples << adaptive.LEVELS, lambda picture: adaptive.levels_over_threshold(picture, threshold)
-    base = adaptive.base_rate(samples)
-    return base, base << adaptive.LEVELS, lambda picture: adaptive.levels_in_budget(picture, base, samples)
+        rates = adaptive.rates_over_threshold(samples)
+        return rates, lambda picture: adaptive.levels_over_threshold(picture, threshold)
+    if settings.adaptive == "BUDGET" and samples > 1:
+        rates = adaptive.rates_in_budget(samples)
+        return rates, lambda picture: adaptive.levels_in_budget(picture, rates)
+    return adaptive.Rates(samples, samples, 0), None
 
 
 def ignored(scene):
@@ -280,7 +295,7 @@ def render(engine, depsgraph, job):
         if job.filter or job.choose_levels:
             passes = _in_parts(engine, depsgraph, job)
         else:
-            passes = _without_noise(job, _rendered(engine, depsgraph, job), 0, job.base)
+            passes = _without_noise(job, _rendered(engine, depsgraph, job, job.plan), 0, job.rates.base)
     finish(engine, job, passes)
     if persistence.is_kept(engine):
         for owner, values in job.before:
@@ -302,7 +317,7 @@ def finish(engine, job, passes):
     layers.stamp(engine, job.facts)
 
 
-def _rendered(engine, depsgraph, job):
+def _rendered(engine, depsgraph, job, plan):
     """One Cycles render: its passes with the pixels in order."""
     cycles.render(engine, depsgraph)
     if max(job.region.size) > LARGEST:
@@ -317,7 +332,7 @@ def _rendered(engine, depsgraph, job):
                 hit = depth[part, 0] < _NO_DEPTH
                 depth[part][hit, 0] = job.views[view].depth(passes["Position", view][part][hit])
     for key in passes:
-        passes[key] = film.scatter(passes[key], job.plan.film)
+        passes[key] = film.scatter(passes[key], plan.film)
     return passes
 
 
@@ -335,34 +350,49 @@ def _without_noise(job, passes, first, count):
 def _in_parts(engine, depsgraph, job):
     """Several Cycles renders: colours of each go through the filter, data are those of the first."""
     width, height = job.region.size
+    rates = job.rates
     everywhere = np.ones((height, width), bool)
     levels = np.zeros((height, width), np.int8)
-    parts = (_part(engine, depsgraph, job, *samples, everywhere) for samples in _shots(job, 0, job.base))
+    shots = _shots(job, 0, rates.base)
+    parts = (_part(engine, depsgraph, job, job.plan, *shot, everywhere) for shot in shots)
     if job.choose_levels:
         parts = list(parts)
         combined = [film.combined(passes | denoising.noisy(passes)) for passes, _, _ in parts]
         levels = job.choose_levels(np.mean(combined, axis=0).reshape(height, width, 4))
-    count = np.float32(job.base) * np.float32(2.0) ** levels
+    count = rates.counts[levels].astype(np.float32)
+    base_weight = rates.base_weight[levels]
+    total = count - rates.base * (1.0 - base_weight)
+    parts = itertools.chain(
+        ((passes, where, share * base_weight, shot) for (passes, where, share), shot in zip(parts, shots, strict=True)),
+        ((*part, None) for part in _further_parts(engine, depsgraph, job, levels)),
+    )
 
     first, sums = None, None
-    for passes, where, share in itertools.chain(parts, _further_parts(engine, depsgraph, job, levels)):
+    for passes, where, share, shot in parts:
         if first is not None and engine.test_break():
             break
         colours = film.colours(passes, height, width)
+        if shot:
+            # Samples that further ones complete cancel some of their noise by themselves.
+            less = film.colours(_without_noise(job, passes, *shot), height, width)
+            colours = np.where(levels == 0, less, colours)
         if first is None:
             first = passes
             sums = Reconstruction(job.filter or Filter("BOX", 1.0), len(colours), height, width)
-        sums.add(colours, where, share / count)
+        sums.add(colours, where, share / total)
     passes = film.with_colours(first, sums.pixels())
     return passes | {key: count.reshape(-1, 1) for key in passes if key[0] == _SAMPLE_COUNT}
 
 
 def _further_parts(engine, depsgraph, job, levels):
-    """Parts beyond the base rate: each level doubles what was taken before, where it is reached."""
-    for level in range(levels.max()):
-        before = job.base << level
-        for samples in _shots(job, before, before):
-            yield _part(engine, depsgraph, job, *samples, levels > level)
+    """Parts beyond the base: pixels of level 1 complete their block, those of level 2 take a larger one."""
+    base, whole, extra = job.rates.base, job.rates.whole, job.rates.extra
+    blocks = [(1, job.plan, base, whole - base), (2, job.extra_plan, 0, extra)]
+    for level, plan, first, count in blocks:
+        taken = levels == level
+        if count and taken.any():
+            for shot in _shots(job, first, count):
+                yield _part(engine, depsgraph, job, plan, *shot, taken)
 
 
 def _shots(job, first, count):
@@ -370,18 +400,21 @@ def _shots(job, first, count):
     return [(sample, 1) for sample in range(first, first + count)] if job.filter else [(first, count)]
 
 
-def _part(engine, depsgraph, job, first, count, taken):
+def _part(engine, depsgraph, job, plan, first, count, taken):
     """One Cycles render of some samples at some pixels: passes, where in the pixel they lie, samples of each pixel."""
-    where = positions(job.region, first, job.seed)
-    image = os.path.join(job.folder.name, f"positions_{first}.tif")
-    job.plan.write_positions(image, where if job.filter else None, taken)
+    is_extra = plan is job.extra_plan
+    # The second plan's samples come after the base.
+    where = positions(job.region, first + job.rates.base * is_extra, job.seed)
+    prefix = _EXTRA * is_extra
+    image = os.path.join(job.folder.name, f"{prefix}positions_{first}.tif")
+    plan.write_positions(image, where if job.filter else None, taken)
     scene = depsgraph.scene_eval
     for view in job.views.values():
+        view.camera.data.cycles_custom["plan"] = os.path.join(job.folder.name, prefix + _PLAN)
         view.camera.data.cycles_custom["positions"] = image
+    set_samples(scene.cycles, job.rates.extra if is_extra else job.rates.whole)
+    scene.cycles.seed = plan.seed
     scene.cycles.use_sample_subset = True
     scene.cycles.sample_offset = first
     scene.cycles.sample_subset_length = count
-    passes = _rendered(engine, depsgraph, job)
-    if taken.all():
-        passes = _without_noise(job, passes, first, count)
-    return passes, where, count * taken.astype(np.float32)
+    return _rendered(engine, depsgraph, job, plan), where, count * taken.astype(np.float32)

@@ -103,7 +103,7 @@ class SpectralTilesSettings(bpy.types.PropertyGroup):
         items=(
             ("OFF", "Off", "The same number of samples everywhere"),
             ("BUDGET", "Budget", "Spread the samples over the picture so that its error is smallest at the same cost"),
-            ("THRESHOLD", "Threshold", "Four times the samples where neighbouring pixels contrast"),
+            ("THRESHOLD", "Threshold", "Five times the samples where neighbouring pixels contrast"),
         ),
         default="OFF",
         options=set(),

@@ -4,6 +4,15 @@
 Cycles itself moves each sample by a random offset drawn from the filter and averages what falls on a pixel, so a sample
 serves one pixel only.  Here positions are uniform, a sample is shared by all pixels around it, and the noise, which a
 plan makes blue, passes through the filter's low-pass (Mitchell 1991, section 3 and figure 2).
+
+Pixels may have different numbers of samples.  Mitchell 1987, section 4, shows that a plain weighted mean then gives
+dense spots too much weight, and filters in stages instead: means over cells, so that each piece of the film counts by
+its area, then the final filter.  With cells of one pixel, in which the density is even, the stages are one sum: pixel P
+has the mean of its n_P samples, weight 1 / n_P each, and to let each of these pass the final filter k at its own place,
+
+    sum over P of 1 / n_P sum over i in P of k(x - x_i) f(x_i)   with expectation   integral of k(x - s) f(s) ds,
+
+adds none of the blur that k at the cell's centre would.  The expectation does not depend on any n_P.
 """
 
 import concurrent.futures
@@ -98,11 +107,17 @@ class Filter:
         return np.where(np.abs(x) < self._half, self._scale * self._shape(x, self._half), 0.0).astype(np.float32)
 
 
+# Steps of the R2 sequence (Roberts 2018) from sample to sample, and from pixel to pixel, in 65,536ths.
+_STEPS = np.array((49471, 37345), np.uint16)
+_HALF, _GOLDEN = np.uint16(32768), np.uint16(40503)
+
+
 def positions(region, sample, seed):
     """Where in its pixel the n-th sample of every pixel lies.
 
-    Uniform, so that the expectation is the filtered picture's; the further samples of a pixel follow the R2 sequence
-    (Roberts 2018) and keep well apart.
+    Neighbours keep well apart, by half a pixel one way and the golden ratio the other way, so that what falls into any
+    filter is nearly the same amount everywhere; further samples follow the R2 sequence.  The start is uniform, so that
+    the expectation is the filtered picture's.
 
     Parameters
     ----------
@@ -117,9 +132,9 @@ def positions(region, sample, seed):
         x and y: q stands for (q + 1/2) / 65536 of a pixel.
     """
     width, height = region.size
-    first = np.random.default_rng(seed).integers(0, 65536, (2, height, width), np.uint16)
-    steps = [int(65536 * (sample * step % 1.0)) for step in (0.7548776662466927, 0.5698402909980532)]
-    return first + np.array(steps, np.uint16)[:, None, None]
+    x, y = np.random.default_rng(seed).integers(0, 65536, 2, np.uint16) + np.uint16(sample) * _STEPS
+    column, row = np.arange(width, dtype=np.uint16), np.arange(height, dtype=np.uint16)[:, None]
+    return np.stack([x + _HALF * column + _GOLDEN * row, y + _GOLDEN * column + _HALF * row])
 
 
 class Reconstruction:

@@ -31,6 +31,7 @@ from . import (
 from .analysis import scene_use
 from .cell_plan import CellPlan
 from .failure import Refused, report
+from .reconstruction import Filter, Reconstruction
 from .region import Region
 
 # Width of Cycles' pixel filter, in pixels of a sub-render: the narrowest that it takes.
@@ -59,6 +60,8 @@ class Job:
         The frame and sub-frame that are rendered.
     times : float array, shape (side, side, samples), or None
         When the samples are taken, in frames from `frame`; None without motion blur.
+    filter : Filter or None
+        What samples are spread by; None leaves that to the places where they are taken.
     offsets : float array, shape (side, side, samples, 2)
         Where in its pixel each sample is taken, from the centre, in pixels.
     drift : float array, shape (plan.count, 2)
@@ -75,6 +78,7 @@ class Job:
     facts: dict
     frame: tuple[int, float]
     times: np.ndarray | None
+    filter: Filter | None
     offsets: np.ndarray
     drift: np.ndarray
 
@@ -137,15 +141,13 @@ def _check_passes(scene, layer):
         )
 
 
-def _check_filter(scene, layer):
-    if scene.spectral_tiles.filter != "AS_CYCLES":
-        raise Refused("Sub-renders know Cycles' filters only; set Filter to As Cycles, or Driver to Gather")
+def _check_rates(scene, layer):
     if scene.spectral_tiles.adaptive != "OFF":
         raise Refused("Sub-renders take the same samples everywhere; set Adaptive to Off, or Driver to Gather")
 
 
 # Each raises `Refused` if a scene's view layer cannot be rendered this way.  The panel asks them all beforehand.
-CHECKS = (_check_camera, _check_passes, _check_filter, library.check, denoising.check)
+CHECKS = (_check_camera, _check_passes, _check_rates, library.check, denoising.check)
 
 
 def prepare(engine, data, depsgraph):
@@ -183,12 +185,15 @@ def prepare(engine, data, depsgraph):
         plan = cell_plan.following(tile, dims, settings.samples, seed)
     denoise = denoising.prepare(engine, scene, layer)
     first, count = layers.subset(scene.cycles, settings.samples)
-    offsets = exposure.filter_offsets(plan.film, scene.cycles.pixel_filter_type, scene.cycles.filter_width)
+    chosen = driver.chosen_filter(settings)
+    kind = "BOX" if chosen else scene.cycles.pixel_filter_type
+    offsets = exposure.filter_offsets(plan.film, kind, scene.cycles.filter_width)
     drift = exposure.filter_offsets(
         shared_sequence.values(("film.x", "film.y"), plan.count, plan.seed), "GAUSSIAN", _PINNED
     )
     # As in Cycles, the first sample is in the middle.
-    offsets[:, :, 0] = 0.0
+    if not chosen:
+        offsets[:, :, 0] = 0.0
     drift[0] = 0.0
     # A session that rendered before would keep settings that have changed since.
     cycles.free(engine)
@@ -204,6 +209,7 @@ def prepare(engine, data, depsgraph):
         facts=layers.facts(scene, layer.name, tile, plan, seed, settings.samples),
         frame=(scene.frame_current, scene.frame_subframe),
         times=exposure.shutter_times(plan.t, scene.render) if use.motion_blur else None,
+        filter=chosen,
         offsets=offsets,
         drift=drift,
     )
@@ -213,17 +219,21 @@ def render(engine, depsgraph, job):
     """Run all sub-renders and put their pixels where they belong."""
     written = _Overwritten()
     progress = _Progress(engine, job.plan.side**2 * len(job.subset))
-    mean = {}
+    mean, sums = {}, None
     try:
         for count, sample in enumerate(job.subset, start=1):
             passes = _render_sample(engine, depsgraph, job, sample, written, progress)
+            if count > 1 and engine.test_break():
+                break
+            if job.filter and passes:
+                sums = _spread(job, sample, passes, sums)
             if count == 1:
                 mean = passes
-            elif engine.test_break():
-                break
             for key in passes:
                 if key[0] not in film.FIRST_SAMPLE_PASSES:
                     mean[key] += (passes[key] - mean[key]) / np.float32(count)
+            if sums:
+                mean = film.with_colours(mean, sums.pixels())
             film.write_passes(engine, job.region, job.layer.name, mean)
     except Refused as refused:
         report(engine, str(refused))
@@ -231,6 +241,18 @@ def render(engine, depsgraph, job):
         written.put_back()
         engine.frame_set(job.frame[0], subframe=job.frame[1])
     gather.finish(engine, job, mean)
+
+
+def _spread(job, sample, passes, sums):
+    """Add one sample of every pixel to the filter's sums, which are None at first."""
+    width, height = job.region.size
+    colours = film.colours(passes, height, width)
+    sums = sums or Reconstruction(job.filter, len(colours), height, width)
+    x, y = (np.arange(length) + corner for length, corner in zip(job.region.size, job.region.corner, strict=True))
+    numbers = job.plan.film[y[:, None] % job.plan.side, x % job.plan.side, sample]
+    where = (65536.0 * numbers).astype(np.uint16).transpose(2, 0, 1)
+    sums.add(colours, where, np.full((height, width), 1.0 / len(job.subset), np.float32))
+    return sums
 
 
 def _render_sample(engine, depsgraph, job, sample, written, progress):

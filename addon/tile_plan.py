@@ -17,7 +17,7 @@ from .plan import LARGE, Plan, memory
 _WINDOW = 256
 
 
-def make(tile, dims, region, samples, seed, sequence=None):
+def make(tile, dims, region, samples, seed):
     """Plan that follows a tile in some of its dimensions; remembered as that of `automatic.make`.
 
     Parameters
@@ -30,20 +30,18 @@ def make(tile, dims, region, samples, seed, sequence=None):
         Samples a pixel to match.
     seed : int
         Another seed gives another plan of the same quality.
-    sequence : int, optional
-        Samples a pixel of Cycles' whole sequence, if those are only the first of it.
 
     Returns
     -------
     plan.Plan
     """
     is_large = region.pixels > LARGE
-    rest = (dims, region, samples, sequence or samples, 0 if is_large else seed)
+    rest = (dims, region, samples, 0 if is_large else seed)
     (plan,) = memory.get((tile.values.tobytes(), tile.dims, *rest), lambda: [_match(tile, *rest)])
     return plan.moved(*np.random.default_rng(seed).integers(0, region.size)) if is_large else plan
 
 
-def _match(tile, dims, region, samples, sequence, seed):
+def _match(tile, dims, region, samples, seed):
     lens = [name for name in dims if name.startswith("lens.")]
     matched = [name for name in dims if name in cycles_random.DIMENSIONS and name not in lens]
     width, height = region.size
@@ -56,13 +54,13 @@ def _match(tile, dims, region, samples, sequence, seed):
         cells = tile.values[(y + origin[0]) % tile.size, (x + origin[1]) % tile.size, 0].reshape(y.size, -1)
         wanted = cells[:, [tile.dims.index(name) for name in matched]]
         ranks = cycles_random.pixel_ranks(x + region.corner[0], y + region.corner[1], seed).ravel()
-        drawn = _pixel_means(ranks * np.uint32(sequence), samples, matched)
+        drawn = _pixel_means(ranks * np.uint32(samples), samples, matched)
         served = match(drawn, wanted) if matched else np.arange(y.size)
         film[window] = (y * width + x).ravel()[served].reshape(y.shape)
         if lens_shift is not None:
             # Cycles moves all samples of a pixel alike, so the first one's number is made the tile's.
             aim = cells[:, [tile.dims.index(name) for name in lens]][served]
-            drawn_lens = cycles_random.sequence_values(ranks * np.uint32(sequence), lens)
+            drawn_lens = cycles_random.sequence_values(ranks * np.uint32(samples), lens)
             lens_shift[window] = np.mod(aim - drawn_lens, 1.0).reshape(*y.shape, 2)
         return np.abs(drawn - wanted[served]).sum(axis=0)
 

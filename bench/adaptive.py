@@ -10,6 +10,10 @@ from bench.metrics import SIGMAS, ratio
 from bench.reference import reference
 from bench.scene_files import SceneFile
 from bench.table import Progress, table
+from bench.timing import times
+
+#: Pairs of timed processes.
+_PAIRS = 3
 
 
 def report(
@@ -19,7 +23,7 @@ def report(
     seeds: Sequence[int],
     reference_samples: int,
 ) -> str:
-    """Return the ratios of luminance errors at equal mean numbers of samples.
+    """Return the ratios of luminance errors at equal mean numbers of samples, and of wall times in the first scene.
 
     Parameters
     ----------
@@ -49,4 +53,5 @@ def report(
         f"over {'the same rate everywhere' if engine == TILES else engine}\n{table(HEADER, lines)}"
         for engine, lines in rows.items()
     ]
-    return "\n\n".join((title, *blocks))
+    timed = replace(settings, samples=samples[0], size=(1920, 1080), budget=True)
+    return "\n\n".join((title, *blocks, str(times(scenes[:1], timed, _PAIRS, progress.say))))

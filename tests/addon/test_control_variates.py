@@ -18,7 +18,7 @@ HEIGHT, WIDTH = 96, 83
 
 @pytest.fixture(scope="module")
 def chosen():
-    return list(automatic.error_modes(tuple(automatic.shares(USE)), 1, 1, 8))
+    return list(automatic.error_modes(tuple(automatic.shares(USE)), 1, 8))
 
 
 def drawn(seed, samples=1):

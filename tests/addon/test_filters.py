@@ -42,6 +42,50 @@ def test_edge_has_the_profile_of_the_filter(kind):
     assert np.all(np.abs(rows.mean(axis=0) - expected) <= 5.0 * error + rows.var(axis=0) + 1e-4)
 
 
+def filtered(picture, rates, chosen, seed=1, weight=None):
+    """What `gather` makes of samples picture(x), rates[y, x] of each pixel: (height, width)."""
+    height, width = rates.shape
+    region = Region((width, height), (0, 0), (width, height))
+    sums = Reconstruction(chosen, 1, height, width)
+    for sample in range(rates.max()):
+        where = positions(region, sample, seed)
+        taken = (sample < rates).astype(np.float32)
+        radiance = picture(np.arange(width) + (where[0] + 0.5) / 65536.0).astype(np.float32)
+        sums.add(radiance[None] * taken, where, taken / rates if weight is None else weight * taken)
+    return sums.pixels()[0]
+
+
+@pytest.mark.parametrize("kind", ["TENT", "GAUSSIAN", "LANCZOS"])
+def test_dense_spots_do_not_bleed(kind):
+    """Dark and bright, 1 and 4 samples side by side: expected is what 4 everywhere give (Mitchell 1987, section 4)."""
+    height, width, edge = 2000, 12, 6
+    dense = np.broadcast_to(np.where(np.arange(width) < edge, 1, 4), (height, width))
+    chosen = Filter(kind, CUSTOMARY_WIDTHS[kind])
+    generator = np.random.default_rng(7)
+
+    def step(x):
+        return (x >= edge) + generator.normal(0.0, 0.2, x.shape)
+
+    even, ours = filtered(step, np.full_like(dense, 4), chosen), filtered(step, dense, chosen)
+    plain = filtered(step, dense, chosen, weight=0.25)
+    error = np.sqrt((ours.var(axis=0) + even.var(axis=0)) / height)
+    off = np.abs(ours.mean(axis=0) - even.mean(axis=0))
+    # The ratio of two sums is off by a share of its variance.
+    assert np.all(off <= 5.0 * error + ours.var(axis=0))
+    assert off[edge - 1] < 0.25 * abs(plain.mean(axis=0) - even.mean(axis=0))[edge - 1]
+
+
+def test_a_bright_dense_spot_keeps_its_energy():
+    rates = np.ones((33, 33), int)
+    rates[15:18, 15:18] = 4
+    sums = []
+    for seed in range(40):
+        spot = np.zeros((33, 33))
+        spot[16, 16] = 100.0
+        sums.append(filtered(lambda x, spot=spot: spot, rates, Filter("GAUSSIAN", 3.0), seed).sum())
+    assert abs(np.mean(sums) - 100.0) <= 5.0 * np.std(sums) / np.sqrt(len(sums)) + 0.5
+
+
 def test_uneven_positions_cover_the_pixel():
     region = Region((64, 64), (0, 0), (64, 64))
     where = np.stack([positions(region, sample, 3) for sample in range(4)]) / 65536.0
@@ -85,7 +129,8 @@ def test_transparent_film_is_filtered_premultiplied(tmp_path):
     assert len(np.unique(pixels[..., 3].round(3))) > 4
 
 
-def test_data_passes_are_not_mixed(tmp_path):
+@pytest.mark.parametrize("kind", ["TENT", "LANCZOS"])
+def test_data_passes_are_not_mixed(tmp_path, kind):
     scene = scene_with_edges()
     layer = bpy.context.view_layer
     layer.use_pass_z = layer.use_pass_object_index = layer.use_pass_normal = True
@@ -93,7 +138,7 @@ def test_data_passes_are_not_mixed(tmp_path):
     for index, made in enumerate(bpy.data.objects):
         made.pass_index = 10 * index
     scene.cycles.max_bounces = 0
-    scene.spectral_tiles.filter = "TENT"
+    scene.spectral_tiles.filter = kind
     passes = rendering.render(tmp_path, "SPECTRAL_TILES", 2)
     allowed = {float(made.pass_index) for made in bpy.data.objects if made.type == "MESH"}
     assert set(np.unique(passes["ViewLayer.Object Index"])) <= allowed

@@ -101,6 +101,22 @@ def test_blackman_harris_filter(tmp_path):
     rendering.assert_same_expectation(*both(tmp_path, samples=16, seeds=range(8)), block=1)
 
 
+def test_filters_of_our_own(tmp_path):
+    """Those of the other driver, with a border that begins anywhere: its expectation, and colours that fit alpha."""
+    scene = rendering.empty_scene(24, 20)
+    scene.render.film_transparent = True
+    scene.render.use_border = scene.render.use_crop_to_border = True
+    scene.render.border_min_x, scene.render.border_max_y = 0.13, 0.9
+    rendering.add_camera(type="ORTHO", ortho_scale=24)
+    rendering.add_plane(7.3, rendering.emission())
+    scene.spectral_tiles.filter = "MITCHELL_NETRAVALI"
+    gathered = rendering.stack(tmp_path, "SPECTRAL_TILES", range(12), 4)
+    use_sub_renders()
+    ours = rendering.stack(tmp_path, "SPECTRAL_TILES", range(8), 4)
+    rendering.assert_same_expectation(ours, gathered, block=1)
+    assert np.allclose(ours[..., 0], ours[..., 3], atol=1e-5)
+
+
 def test_a_tile_of_the_users(tmp_path):
     dims = ("t", "lens.u", "lens.v", "light.u", "light.v")
     # A net in random order: its own mean is close to the true one.
@@ -222,7 +238,7 @@ def cryptomatte_at_two_samples(scene):
 @pytest.mark.parametrize(
     ("change", "message"),
     [
-        (lambda scene: setattr(scene.spectral_tiles, "filter", "TENT"), "Filter"),
+        (lambda scene: setattr(scene.spectral_tiles, "adaptive", "BUDGET"), "Adaptive"),
         (lambda scene: setattr(scene.render, "use_multiview", True), "Stereoscopy"),
         (lambda scene: setattr(scene.cycles, "rolling_shutter_type", "TOP"), "rolling shutter"),
         (lambda scene: setattr(scene.camera.data, "type", "PANO"), "panoramic"),
