@@ -36,7 +36,7 @@ _WEIGHTS[_NEIGHBOURS, _NEIGHBOURS] = 0.0
 _WEIGHTS /= _WEIGHTS.sum()
 
 # Rows of pixels that are worked at together, at most, a multiple of the block's: each takes some 100 bytes a pixel.
-_ROWS = 256
+_ROWS = 128
 
 # What differs from the mean over so many pixels to each side is noise.
 _REACH = 3
