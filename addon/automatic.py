@@ -19,7 +19,7 @@ _MODES, _TRIAL = 24, 4096
 
 # Frames of an animation are arranged in groups of this many that complement each other, each knowing those before it;
 # the weight is what the group's mean counts beside the frame's own picture.
-_GROUP, WEIGHT = 4, 0.5
+GROUP, WEIGHT = 4, 0.5
 
 
 def groups(use):
@@ -69,8 +69,8 @@ def place_in_group(seed, frame):
         The group's number, the Cycles seed of its first frame, and how many frames of it come before this one; each
         frame's Cycles seed is one more than that before it.
     """
-    group, place = (0, 0) if frame is None else divmod(frame - 1, _GROUP)
-    return group, (seed + _GROUP * group) % (2**31 - _GROUP), place
+    group, place = (0, 0) if frame is None else divmod(frame - 1, GROUP)
+    return group, (seed + GROUP * group) % (2**31 - GROUP), place
 
 
 def make(use, region, samples, seed, frame=None, sequence=None):
@@ -96,7 +96,7 @@ def make(use, region, samples, seed, frame=None, sequence=None):
     chosen = tuple(groups(use))
     group, first_seed, place = place_in_group(seed, frame)
     is_large = region.pixels > LARGE
-    frames = 1 if frame is None else _GROUP
+    frames = 1 if frame is None else GROUP
     key = (chosen, region, samples, sequence or samples, 0 if is_large else first_seed, frames)
     plan = memory.get(key, lambda: _arrange(*key))[place]
     if not is_large:

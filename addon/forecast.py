@@ -1,10 +1,17 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """What a render of the scene will do, told before it is rendered."""
 
+import math
+
 import bpy
 
-from . import analysis, driver, gather, persistence, shading, subrender
+from . import analysis, automatic, driver, gather, persistence, progress, shading, subrender
 from .failure import Refused
+from .plan import LARGE, memory
+from .region import Region
+
+# Bytes a pixel that a render takes beyond Cycles' own, without further passes (`python -m bench times`).
+_BYTES = 110
 
 # Of each view layer, by its depsgraph: its emitters, and what is wrong with its shading.  Finding them takes
 # milliseconds in a scene of thousands of objects, and a panel is drawn at every move of the mouse over it.
@@ -65,10 +72,27 @@ def render_calls(scene):
     if not driver.is_subrender(scene):
         renders = "Several Cycles renders, their" if persistence.needed(scene) else "One Cycles render, its"
         return f"{renders} pixels put in order afterwards"
-    calls = "Many small Cycles renders, one for each cell of the tile and sample"
+    calls = f"{subrender.sub_renders(scene):,} small Cycles renders, one for each cell of the tile and sample"
     if scene.spectral_tiles.driver == "AUTO":
         return f"{calls}. {driver.why_not_gather(scene)}"
     return calls
+
+
+def overhead(scene):
+    """What a frame costs beyond Cycles' own render of it, in one sentence."""
+    if driver.is_subrender(scene):
+        count, pace = subrender.sub_renders(scene), progress.Progress.pace
+        if pace is None:
+            return f"They take {progress.clock(count * progress.LEAST)} at least"
+        return f"They take about {progress.clock(count * pace)} if each takes as long as the last ones did"
+    pixels = Region.of_render(scene.render).pixels
+    is_large = pixels > LARGE
+    # The first frame of a group brings the plans of them all.
+    is_group = is_large and scene.cycles.use_animated_seed and scene.spectral_tiles.tile == "AUTO"
+    seconds = round((automatic.GROUP if is_group else 1) * pixels * memory.pace)
+    time = f"about {progress.clock(seconds)}" if seconds else "less than a second"
+    once = "once for frames of this size" if is_large else "a frame"
+    return f"Adds {time} {once}, and at least {math.ceil(pixels * _BYTES / 1e6)} MB of memory"
 
 
 def refusals(scene, layer):

@@ -8,7 +8,6 @@ shifted so that the plane in focus stays put, and Cycles' sample offset chooses 
 """
 
 import math
-import time
 from dataclasses import dataclass
 
 import bpy
@@ -31,7 +30,11 @@ from . import (
 from .analysis import scene_use
 from .cell_plan import CellPlan
 from .failure import Refused, report
+from .progress import Progress
 from .region import Region
+
+# Sub-renders of a picture, at most: planning a million would take minutes, and rendering them days.
+_MOST = 2**18
 
 # Width of Cycles' pixel filter, in pixels of a sub-render: the narrowest that it takes.
 _PINNED = 0.01
@@ -144,8 +147,24 @@ def _check_filter(scene, layer):
         raise Refused("Sub-renders take the same samples everywhere; set Adaptive to Off, or Driver to Gather")
 
 
+def _check_count(scene, layer):
+    count = sub_renders(scene)
+    if count > _MOST:
+        raise Refused(
+            f"This picture would take {count:,} sub-renders, for more than {_MOST:,} of which there is no plan; "
+            "lower Samples, set Tile to Automatic, or set Driver to Gather"
+        )
+
+
 # Each raises `Refused` if a scene's view layer cannot be rendered this way.  The panel asks them all beforehand.
-CHECKS = (_check_camera, _check_passes, _check_filter, library.check, denoising.check)
+CHECKS = (_check_camera, _check_passes, _check_filter, library.check, _check_count, denoising.check)
+
+
+def sub_renders(scene):
+    """How many sub-renders a whole picture of the scene takes; raises `Refused` if its tile cannot be used."""
+    samples = scene.spectral_tiles.samples
+    tile = library.tile(scene.spectral_tiles, scene.library)
+    return samples * (cell_plan.side(samples) if tile is None else tile.size) ** 2
 
 
 def prepare(engine, data, depsgraph):
@@ -212,7 +231,7 @@ def prepare(engine, data, depsgraph):
 def render(engine, depsgraph, job):
     """Run all sub-renders and put their pixels where they belong."""
     written = _Overwritten()
-    progress = _Progress(engine, job.plan.side**2 * len(job.subset))
+    progress = Progress(engine, job.plan.side**2 * len(job.subset))
     mean = {}
     try:
         for count, sample in enumerate(job.subset, start=1):
@@ -371,27 +390,3 @@ def _set_border(written, render, region, side):
         border_max_x=min(upper[0], 1.0),
         border_max_y=min(upper[1], 1.0),
     )
-
-
-class _Progress:
-    """How far the sub-renders are, told to the user."""
-
-    def __init__(self, engine, count):
-        self.done = 0
-        self._engine = engine
-        self._count = count
-        self._told = self._loaded = time.monotonic()
-
-    def step(self):
-        """Another one is done."""
-        self.done += 1
-        now = time.monotonic()
-        self._engine.update_progress(self.done / self._count)
-        if self.done == 1:
-            self._loaded = now  # the first one also brings the scene into Cycles
-        elif now > self._told + 1.0:
-            self._told = now
-            left = (self._count - self.done) * (now - self._loaded) / (self.done - 1)
-            minutes, seconds = divmod(round(left), 60)
-            text = f"Sub-render {self.done} of {self._count}, about {minutes}:{seconds:02} left"
-            self._engine.update_stats("", text)

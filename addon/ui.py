@@ -111,6 +111,7 @@ def _draw_forecast(layout, context):
         _say(column, context, message, "ERROR")
     if not refusals:
         _say(column, context, forecast.render_calls(scene), "RENDER_STILL")
+        _say(column, context, forecast.overhead(scene), "TIME")
     for message in gather.ignored(scene):
         _say(column, context, message, "INFO")
 

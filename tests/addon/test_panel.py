@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import generator
-from addon import analysis, driver, forecast, gather, library, tile_making, tile_picture
+from addon import analysis, driver, forecast, gather, library, plan, progress, tile_making, tile_picture
 from tests import rendering
 
 
@@ -208,3 +208,37 @@ def test_picture_of_a_tile():
     assert 0.35 < tile_picture.spectrum(white)[middle].mean() < 0.6
     assert tile_picture.spectrum(blue)[middle].mean() < 0.1
     assert np.array_equal(tile_picture.values(white)[:64, :64], white.values[..., 0, 0])
+
+
+def test_forecast_tells_what_a_frame_costs(monkeypatch):
+    """A plan's time follows the pixels, and the frames of a group that it holds; its memory the pixels."""
+    scene = build_scene(1000)
+    monkeypatch.setattr(plan.memory, "pace", 5e-6)
+    assert forecast.overhead(scene) == "Adds about 0:05 once for frames of this size, and at least 110 MB of memory"
+    scene.cycles.use_animated_seed = True
+    assert "about 0:20 once" in forecast.overhead(scene)
+    scene.render.resolution_percentage = 10
+    assert forecast.overhead(scene) == "Adds less than a second a frame, and at least 2 MB of memory"
+
+
+def test_pace_of_plans_is_measured(monkeypatch):
+    memory = plan.Memory()
+    clock = iter((10.0, 30.0, 40.0, 41.0))
+    monkeypatch.setattr(plan.time, "perf_counter", lambda: next(clock))
+    memory.get("large", lambda: [plan.Plan(0, 1000, np.zeros(1000 * 1000, np.int32))] * 2)
+    memory.get("small", lambda: [plan.Plan(0, 10, np.zeros(100, np.int32))])
+    assert memory.pace == pytest.approx(10e-6)
+
+
+def test_forecast_tells_how_long_sub_renders_take(monkeypatch):
+    scene = build_scene()
+    scene.spectral_tiles.driver = "SUBRENDER"
+    monkeypatch.setattr(progress.Progress, "pace", None)
+    assert "256 small" in forecast.render_calls(scene) and "0:05 at least" in forecast.overhead(scene)
+    scene.spectral_tiles.samples = 1
+    bpy.ops.render.render()
+    assert 0.0 < progress.Progress.pace < 5.0
+    progress.Progress.pace = 0.5
+    assert "about 2:08" in forecast.overhead(scene)
+    scene.spectral_tiles.samples = 32
+    assert "512 small" in forecast.render_calls(scene) and "about 4:16" in forecast.overhead(scene)
