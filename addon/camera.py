@@ -121,7 +121,7 @@ def views(engine, scene):
         check(scene, camera)
         spherical = camera.data.type == "PANO" and camera.data.stereo.use_spherical_stereo
         matrix = engine.camera_model_matrix(camera, use_spherical_stereo=spherical)
-        found[name] = View(camera, np.array(matrix.inverted()), persistence.values(camera.data))
+        found[name] = View(camera, np.array(matrix.inverted_safe()), persistence.values(camera.data))
     return found
 
 

@@ -2,7 +2,9 @@
 """Saying no: a render that cannot be done ends with one clear line, in Blender's own way."""
 
 import atexit
+import contextlib
 import os
+import traceback
 
 import bpy
 
@@ -22,6 +24,22 @@ def report(engine, message):
     if bpy.app.background and not bpy.app.module:
         atexit.unregister(_fail)
         atexit.register(_fail)
+
+
+@contextlib.contextmanager
+def reported(engine):
+    """Show what goes wrong in a `with` block as the render's error.
+
+    Where something went wrong that was not refused goes to the console.  Nothing is raised: Blender would keep the
+    error, and by it the engine, which it frees.
+    """
+    try:
+        yield
+    except Refused as refused:
+        report(engine, str(refused))
+    except Exception as error:
+        traceback.print_exc()
+        report(engine, f"Spectral Tiles failed, see the console: {type(error).__name__}: {error}")
 
 
 def _fail():

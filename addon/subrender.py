@@ -33,8 +33,8 @@ from .failure import Refused, report
 from .progress import Progress
 from .region import Region
 
-# Sub-renders of a picture, at most: planning a million would take minutes, and rendering them days.
-_MOST = 2**18
+# Sub-renders of a picture, at most: more would take seconds to plan, and days to render.
+_MOST = 2**20
 
 # Width of Cycles' pixel filter, in pixels of a sub-render: the narrowest that it takes.
 _PINNED = 0.01
