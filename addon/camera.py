@@ -113,9 +113,9 @@ def views(engine, scene):
     Refused
         A plan cannot drive one of the cameras.
     """
-    names = [view.name for view in scene.render.views if view.use] if scene.render.use_multiview else [""]
+    names = [view.name for view in scene.render.views if view.use and scene.render.use_multiview]
     found = {}
-    for name in names:
+    for name in names or [""]:
         engine.active_view_set(name)
         camera = engine.camera_override
         check(scene, camera)

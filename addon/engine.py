@@ -38,11 +38,8 @@ class SpectralTilesRender(bpy.types.RenderEngine):
         if self.native and not self.is_preview:
             gather.set_samples(depsgraph.scene_eval.cycles, depsgraph.scene.spectral_tiles.samples)
         elif not self.is_preview:
-            with failure.reported(self):
-                if driver.is_subrender(depsgraph.scene_eval):
-                    self.job = subrender.prepare(self, data, depsgraph)
-                else:
-                    self.job = gather.prepare(self, depsgraph)
+            chosen = subrender if driver.is_subrender(depsgraph.scene_eval) else gather
+            self.job = failure.attempt(self, chosen.prepare, data, depsgraph)
             if not isinstance(self.job, gather.Job):
                 return
         if not self.session:
@@ -51,9 +48,8 @@ class SpectralTilesRender(bpy.types.RenderEngine):
 
     def render(self, depsgraph):
         if self.job is not None:
-            driver_of_job = subrender if isinstance(self.job, subrender.Job) else gather
-            with failure.reported(self):
-                driver_of_job.render(self, depsgraph, self.job)
+            chosen = subrender if isinstance(self.job, subrender.Job) else gather
+            failure.attempt(self, chosen.render, depsgraph, self.job)
         elif self.is_preview or self.native:
             cycles.render(self, depsgraph)
 

@@ -2,7 +2,6 @@
 """Saying no: a render that cannot be done ends with one clear line, in Blender's own way."""
 
 import atexit
-import contextlib
 import os
 import traceback
 
@@ -26,20 +25,22 @@ def report(engine, message):
         atexit.register(_fail)
 
 
-@contextlib.contextmanager
-def reported(engine):
-    """Show what goes wrong in a `with` block as the render's error.
+def attempt(engine, action, *arguments):
+    """What `action` returns; None if it raises anything, which is shown as the render's error.
 
     Where something went wrong that was not refused goes to the console.  Nothing is raised: Blender would keep the
     error, and by it the engine, which it frees.
     """
     try:
-        yield
+        return action(engine, *arguments)
     except Refused as refused:
         report(engine, str(refused))
+    except (OSError, MemoryError) as error:
+        report(engine, f"Cannot render: {error}")
     except Exception as error:
         traceback.print_exc()
         report(engine, f"Spectral Tiles failed, see the console: {type(error).__name__}: {error}")
+    return None
 
 
 def _fail():

@@ -4,6 +4,7 @@
 import math
 
 import bpy
+from bpy_extras.anim_utils import animdata_get_channelbag_for_assigned_slot
 
 from . import analysis, automatic, driver, gather, persistence, progress, shading, subrender
 from .failure import Refused
@@ -13,17 +14,20 @@ from .region import Region
 # Bytes a pixel that a render takes beyond Cycles' own, without further passes (`python -m bench times`).
 _BYTES = 110
 
+# Properties of a perspective camera that Cycles' own motion blur follows, but that of a custom camera does not.
+_OF_VIEW = {"lens", "angle", "angle_x", "angle_y", "sensor_width", "sensor_height"}
+
 # Of each view layer, by its depsgraph: its emitters, and what is wrong with its shading.  Finding them takes
 # milliseconds in a scene of thousands of objects, and a panel is drawn at every move of the mouse over it.
 _emitters = {}
 _shading = {}
 
 
-def _remembered(memory, depsgraph, find):
+def _remembered(found, depsgraph, find):
     key = depsgraph.as_pointer()
-    if key not in memory:
-        memory[key] = find(depsgraph)
-    return memory[key]
+    if key not in found:
+        found[key] = find(depsgraph)
+    return found[key]
 
 
 def scene_use(layer):
@@ -113,6 +117,37 @@ def _message(check, *arguments):
     except Refused as refused:
         return [str(refused)]
     return []
+
+
+def ignored(scene):
+    """Settings of Cycles that are in force in this scene but not under this engine.
+
+    Returns
+    -------
+    list of str
+        A line for each, with the way out.
+    """
+    settings = scene.cycles
+    lines = []
+    if settings.use_adaptive_sampling:
+        lines.append("Noise Threshold does not apply: see Adaptive for sampling by need")
+    if settings.time_limit > 0.0:
+        lines.append("Time Limit does not apply: choose Samples to fit")
+    if settings.use_layer_samples != "IGNORE" and any(layer.samples for layer in scene.view_layers):
+        lines.append("Samples of view layers do not apply: all layers get the same Samples")
+    if scene.render.use_motion_blur and scene.camera and _zooms(scene.camera) and not driver.is_subrender(scene):
+        lines.append("The animated zoom of the camera does not blur: set Driver to Sub-renders if it should")
+    return lines
+
+
+def _zooms(made):
+    """Whether a camera object's field of view is animated."""
+    animation = made.type == "CAMERA" and made.data.type == "PERSP" and made.data.animation_data
+    if not animation:
+        return False
+    bag = animdata_get_channelbag_for_assigned_slot(animation)
+    curves = [*animation.drivers, *(bag.fcurves if bag else ())]
+    return any(curve.data_path in _OF_VIEW for curve in curves)
 
 
 @bpy.app.handlers.persistent

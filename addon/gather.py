@@ -39,6 +39,12 @@ from .region import Region
 # Cycles' Depth where nothing was hit (kernel/film, pass accessor).
 _NO_DEPTH = 1e10
 
+# Samples of a pixel that a plan looks at: what more of them leave is hardly seen, and would take minutes to weigh.
+_PLANNED = 64
+
+# Cycles renders larger pictures in tiles whatever its settings say (`TileManager::MAX_TILE_SIZE`).
+LARGEST = 8192
+
 # Cycles' pass with the number of samples that each pixel got.
 _SAMPLE_COUNT = "Debug Sample Count"
 
@@ -122,6 +128,14 @@ def _check_subset(scene, layer):
         )
 
 
+def _check_size(scene, layer):
+    if max(Region.of_render(scene.render).size) > LARGEST:
+        raise Refused(
+            f"A picture of more than {LARGEST} pixels a side cannot be rendered with Spectral Tiles at once; "
+            "lower the resolution, or render it in parts (Render Region, Crop to Render Region)"
+        )
+
+
 def _check_culling(scene, layer):
     if scene.render.use_simplify and (scene.cycles.use_camera_cull or scene.cycles.use_distance_cull):
         raise Refused(
@@ -136,6 +150,7 @@ CHECKS = (
     _check_device,
     _check_camera,
     _check_passes,
+    _check_size,
     _check_subset,
     _check_culling,
     library.check,
@@ -143,12 +158,13 @@ CHECKS = (
 )
 
 
-def prepare(engine, depsgraph):
+def prepare(engine, data, depsgraph):
     """Make the evaluated scene follow a plan; the user's scene is not touched.
 
     Parameters
     ----------
     engine : bpy.types.RenderEngine
+    data : bpy.types.BlendData
     depsgraph : bpy.types.Depsgraph
 
     Returns
@@ -174,11 +190,12 @@ def prepare(engine, depsgraph):
     if tile is None and use.is_direct and use.dims and sequence == 1:
         # Nothing but the tile's own dimensions is left to chance, and the rest need not be spared.
         tile = library.spectral(use.dims)
+    planned = min(settings.samples, _PLANNED)
     if tile is None:
-        sample_plan = automatic.make(use, region, settings.samples, settings.seed, frame, sequence)
+        sample_plan = automatic.make(use, region, planned, settings.seed, frame, sequence)
     else:
         dims = tuple(name for name in use.dims if name in tile.dims)
-        sample_plan = tile_plan.make(tile, dims, region, settings.samples, seed, sequence)
+        sample_plan = tile_plan.make(tile, dims, region, planned, seed, sequence)
         if sample_plan.miss:
             engine.report({"INFO"}, f"Cycles' numbers miss the tile's by, on average: {sample_plan.miss}")
 
@@ -224,25 +241,6 @@ def _rates(settings):
     return base, base << adaptive.LEVELS, lambda picture: adaptive.levels_in_budget(picture, base, samples)
 
 
-def ignored(scene):
-    """Settings of Cycles that are in force in this scene but not under this engine (`set_samples`).
-
-    Returns
-    -------
-    list of str
-        A line for each, with the way out.
-    """
-    settings = scene.cycles
-    lines = []
-    if settings.use_adaptive_sampling:
-        lines.append("Noise Threshold does not apply: see Adaptive for sampling by need")
-    if settings.time_limit > 0.0:
-        lines.append("Time Limit does not apply: choose Samples to fit")
-    if settings.use_layer_samples != "IGNORE" and any(layer.samples for layer in scene.view_layers):
-        lines.append("Samples of view layers do not apply: all layers get the same Samples")
-    return lines
-
-
 def set_samples(settings, samples):
     """Make Cycles take exactly this many samples in every pixel of every layer."""
     settings.samples = samples
@@ -257,21 +255,23 @@ def _set_sampling(settings, samples, seed):
     settings.sampling_pattern = "BLUE_NOISE"
     settings.seed = seed
     settings.use_animated_seed = False
-    # Cycles' own tiles reach the result only when all layers are done, and its denoiser would see pixels out of order
-    # (`addon.denoising` calls it once they are in order).
-    settings.use_auto_tile = False
+    # Cycles' own tiles reach the result only when all layers are done, so there shall be one.
+    settings.tile_size = LARGEST
+    # Cycles' denoiser would see pixels out of order: `addon.denoising` calls it once they are in order.
     settings.use_denoising = False
 
 
 def render(engine, depsgraph, job):
     """Run Cycles on a prepared render, put the pixels in order and filter them."""
-    with job.folder, camera.dicing(engine, depsgraph.scene_eval, job.views):
-        in_parts = job.filter or job.choose_levels
-        passes = _in_parts(engine, depsgraph, job) if in_parts else _rendered(engine, depsgraph, job)
-    finish(engine, job, passes)
-    if persistence.is_kept(engine):
-        for owner, values in job.before:
-            persistence.put_back(owner, values)
+    try:
+        with job.folder, camera.dicing(engine, depsgraph.scene_eval, job.views):
+            in_parts = job.filter or job.choose_levels
+            passes = _in_parts(engine, depsgraph, job) if in_parts else _rendered(engine, depsgraph, job)
+        finish(engine, job, passes)
+    finally:
+        if persistence.is_kept(engine):
+            for owner, values in job.before:
+                persistence.put_back(owner, values)
 
 
 def finish(engine, job, passes):

@@ -369,7 +369,7 @@ def _set_sampling(written, scene, layer, plan, point):
         time_limit=0.0,
         pixel_filter_type="GAUSSIAN",
         filter_width=_PINNED,
-        use_auto_tile=False,
+        tile_size=gather.LARGEST,
         use_denoising=False,
     )
     written.set(scene.render, use_motion_blur=False)

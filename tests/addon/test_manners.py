@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """A render leaves the user's file as it was, and says in one line why it cannot be done."""
 
+import errno
 import os
 
 import bpy
@@ -8,7 +9,7 @@ import numpy as np
 import pytest
 
 import generator
-from addon import forecast, plan
+from addon import automatic, film, forecast, gather, plan
 from tests import rendering
 
 
@@ -99,6 +100,12 @@ def test_culling():
     render_expecting("Culling")
 
 
+def test_larger_than_cycles_renders_at_once():
+    scene = build_scene()
+    scene.render.resolution_x, scene.render.resolution_y = 8193, 4
+    render_expecting("more than 8192 pixels")
+
+
 def test_mist_of_an_orthographic_camera():
     build_scene().camera.data.type = "ORTHO"
     bpy.context.view_layer.use_pass_mist = True
@@ -163,6 +170,34 @@ def test_plan_cannot_be_written(monkeypatch, tmp_path):
     write = plan.Plan.write
     monkeypatch.setattr(plan.Plan, "write", lambda made, path: write(made, str(tmp_path / "missing" / "plan.tif")))
     render_expecting("Cannot write the sample plan")
+
+
+def test_temporary_folder_cannot_be_used(monkeypatch):
+    def full(**_):
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    build_scene()
+    monkeypatch.setattr(gather.tempfile, "TemporaryDirectory", full)
+    render_expecting("Cannot render: .*No space left on device")
+
+
+@pytest.mark.parametrize("persistent", [False, True])
+@pytest.mark.parametrize("where", [(automatic, "make"), (film, "read_passes")], ids=lambda where: where[1])
+def test_a_mistake_of_ours_ends_in_one_line(monkeypatch, capfd, tmp_path, where, persistent):
+    """... and the next render, of another scene, knows nothing of it."""
+
+    def fail(*_):
+        raise ZeroDivisionError("a mistake")
+
+    build_scene().render.use_persistent_data = persistent
+    wanted = rendering.beauty(rendering.render(tmp_path, "SPECTRAL_TILES"))
+    with monkeypatch.context() as patched:
+        patched.setattr(*where, fail)
+        render_expecting("Spectral Tiles failed.*a mistake")
+    assert "in fail" in capfd.readouterr().err
+    assert np.array_equal(rendering.beauty(rendering.render(tmp_path, "SPECTRAL_TILES")), wanted)
+    build_scene()
+    assert np.array_equal(rendering.beauty(rendering.render(tmp_path, "SPECTRAL_TILES")), wanted)
 
 
 def test_no_tile_file_set():

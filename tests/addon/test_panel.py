@@ -22,6 +22,15 @@ def build_scene(size=16):
     return scene
 
 
+def zoom(camera):
+    """Animate a camera's focal length over frames 0 to 2."""
+    for frame, length in ((0, 20.0), (2, 60.0)):
+        camera.lens = length
+        camera.keyframe_insert("lens", frame=frame)
+    rendering.make_linear(camera)
+    bpy.context.scene.frame_set(1)
+
+
 def use(motion_blur=False, lens=False, lights=0, bounces=False):
     return analysis.SceneUse(motion_blur, lens, lights, bounces, glow=False)
 
@@ -104,14 +113,29 @@ def test_forecast_tells_the_driver_and_why(monkeypatch):
 
 def test_ignored_settings_are_told():
     scene = build_scene()
-    assert gather.ignored(scene) == []
+    assert forecast.ignored(scene) == []
     cycles = scene.cycles
     cycles.use_adaptive_sampling = True
     cycles.time_limit = 5.0
     bpy.context.view_layer.samples = 3
-    assert len(gather.ignored(scene)) == 3
+    assert len(forecast.ignored(scene)) == 3
     gather.set_samples(cycles, 1)
-    assert gather.ignored(scene) == []
+    assert forecast.ignored(scene) == []
+
+
+def test_zoom_that_does_not_blur_is_told():
+    scene = build_scene()
+    zoom(scene.camera.data)
+    assert forecast.ignored(scene) == []
+    scene.render.use_motion_blur = True
+    assert len(forecast.ignored(scene)) == 1
+    scene.spectral_tiles.driver = "SUBRENDER"
+    assert forecast.ignored(scene) == []
+    scene.spectral_tiles.driver = "GATHER"
+    scene.camera.data.animation_data_clear()
+    assert forecast.ignored(scene) == []
+    scene.camera.data.driver_add("sensor_width")
+    assert len(forecast.ignored(scene)) == 1
 
 
 def preset_files():

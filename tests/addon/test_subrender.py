@@ -12,6 +12,7 @@ from tests import rendering
 from tests.addon import test_expectation as scenes
 from tests.addon.test_camera import build_scene as build_landscape
 from tests.addon.test_manners import snapshot
+from tests.addon.test_panel import zoom
 
 SEEDS = range(20)
 
@@ -61,6 +62,12 @@ def test_projection_and_passes(tmp_path, camera):
         assert wrong.mean() <= 0.01, f"{name}: {wrong.mean():.1%} of the pixels differ"
 
 
+def zooming_camera():
+    scenes.static_scene()
+    bpy.context.scene.render.use_motion_blur = True
+    zoom(bpy.context.scene.camera.data)
+
+
 @pytest.mark.parametrize(
     ("build", "samples"),
     [
@@ -68,6 +75,7 @@ def test_projection_and_passes(tmp_path, camera):
         (scenes.moving_camera_with_open_lens, 3),
         (scenes.non_uniform_shutter, 1),
         (scenes.wheels, 1),
+        (zooming_camera, 1),
     ],
     ids=lambda value: getattr(value, "__name__", None),
 )
