@@ -8,6 +8,7 @@ import numpy as np
 
 from . import cycles_random, modes
 from .arrangement import ALIGNMENT, arrange
+from .failure import Cancelled
 from .plan import LARGE, Plan, memory
 
 # Blocks of the sequence are arranged within windows of this many pixels a side, a multiple of `ALIGNMENT`.  Windows
@@ -73,7 +74,7 @@ def place_in_group(seed, frame):
     return group, (seed + GROUP * group) % (2**31 - GROUP), place
 
 
-def make(use, region, samples, seed, frame=None, sequence=None):
+def make(use, region, samples, seed, frame=None, sequence=None, is_cancelled=lambda: False):
     """Plan for a frame; remembered, so that other frames and seeds of a large region cost nothing.
 
     Parameters
@@ -88,23 +89,29 @@ def make(use, region, samples, seed, frame=None, sequence=None):
         Of an animation whose pattern changes from frame to frame.  The first one costs as much as all of its group.
     sequence : int, optional
         Samples a pixel of Cycles' whole sequence, if those are only the first of it.
+    is_cancelled : callable, optional
+        Whether the user wants it no more; asked from several threads.
 
     Returns
     -------
     plan.Plan
+
+    Raises
+    ------
+    Cancelled
     """
     chosen = tuple(groups(use))
     group, first_seed, place = place_in_group(seed, frame)
     is_large = region.pixels > LARGE
     frames = 1 if frame is None else GROUP
     key = (chosen, region, samples, sequence or samples, 0 if is_large else first_seed, frames)
-    plan = memory.get(key, lambda: _arrange(*key))[place]
+    plan = memory.get(key, lambda: _arrange(*key, is_cancelled))[place]
     if not is_large:
         return plan
     return plan.moved(*np.random.default_rng((seed, group % 2**32)).integers(0, region.size))
 
 
-def _arrange(chosen, region, samples, sequence, first_seed, frames):
+def _arrange(chosen, region, samples, sequence, first_seed, frames, is_cancelled):
     """Plans of that many frames with consecutive seeds, each complementing those before it."""
     width = region.size[0]
     films = np.tile(np.arange(region.pixels, dtype=np.int32), (frames, 1))
@@ -120,6 +127,8 @@ def _arrange(chosen, region, samples, sequence, first_seed, frames):
         place = (y - region.corner[1]) * width + (x - region.corner[0])
         before = None
         for plan in plans:
+            if is_cancelled():
+                raise Cancelled
             ranks = cycles_random.pixel_ranks(x, y, plan.seed)
             here = modes.features(error_modes, _numbers(error_modes, ranks, samples, sequence))
             is_last = plan is plans[-1]

@@ -12,6 +12,10 @@ class Refused(Exception):
     """A render that this engine will not do; the message tells the user why, and the way out."""
 
 
+class Cancelled(Exception):
+    """The user pressed Esc."""
+
+
 def report(engine, message):
     """Show `message` as the render's error; on the command line also make Blender's exit code 1.
 
@@ -35,6 +39,8 @@ def attempt(engine, action, *arguments):
         return action(engine, *arguments)
     except Refused as refused:
         report(engine, str(refused))
+    except Cancelled:
+        pass  # as Blender knows
     except (OSError, MemoryError) as error:
         report(engine, f"Cannot render: {error}")
     except Exception as error:

@@ -192,10 +192,10 @@ def prepare(engine, data, depsgraph):
         tile = library.spectral(use.dims)
     planned = min(settings.samples, _PLANNED)
     if tile is None:
-        sample_plan = automatic.make(use, region, planned, settings.seed, frame, sequence)
+        sample_plan = automatic.make(use, region, planned, settings.seed, frame, sequence, engine.test_break)
     else:
         dims = tuple(name for name in use.dims if name in tile.dims)
-        sample_plan = tile_plan.make(tile, dims, region, planned, seed, sequence)
+        sample_plan = tile_plan.make(tile, dims, region, planned, seed, sequence, engine.test_break)
         if sample_plan.miss:
             engine.report({"INFO"}, f"Cycles' numbers miss the tile's by, on average: {sample_plan.miss}")
 

@@ -10,6 +10,7 @@ import concurrent.futures
 import numpy as np
 
 from . import cycles_random
+from .failure import Cancelled
 from .matching import match
 from .plan import LARGE, Plan, memory
 
@@ -17,7 +18,7 @@ from .plan import LARGE, Plan, memory
 _WINDOW = 256
 
 
-def make(tile, dims, region, samples, seed, sequence=None):
+def make(tile, dims, region, samples, seed, sequence=None, is_cancelled=lambda: False):
     """Plan that follows a tile in some of its dimensions; remembered as that of `automatic.make`.
 
     Parameters
@@ -32,18 +33,24 @@ def make(tile, dims, region, samples, seed, sequence=None):
         Another seed gives another plan of the same quality.
     sequence : int, optional
         Samples a pixel of Cycles' whole sequence, if those are only the first of it.
+    is_cancelled : callable, optional
+        As of `automatic.make`.
 
     Returns
     -------
     plan.Plan
+
+    Raises
+    ------
+    Cancelled
     """
     is_large = region.pixels > LARGE
     rest = (dims, region, samples, sequence or samples, 0 if is_large else seed)
-    (plan,) = memory.get((tile.values.tobytes(), tile.dims, *rest), lambda: [_match(tile, *rest)])
+    (plan,) = memory.get((tile.values.tobytes(), tile.dims, *rest), lambda: [_match(tile, *rest, is_cancelled)])
     return plan.moved(*np.random.default_rng(seed).integers(0, region.size)) if is_large else plan
 
 
-def _match(tile, dims, region, samples, sequence, seed):
+def _match(tile, dims, region, samples, sequence, seed, is_cancelled):
     lens = [name for name in dims if name.startswith("lens.")]
     matched = [name for name in dims if name in cycles_random.DIMENSIONS and name not in lens]
     width, height = region.size
@@ -52,6 +59,8 @@ def _match(tile, dims, region, samples, sequence, seed):
     origin = np.random.default_rng(seed).integers(0, tile.size, 2)
 
     def fill(window):
+        if is_cancelled():
+            raise Cancelled
         y, x = np.mgrid[window]
         cells = tile.values[(y + origin[0]) % tile.size, (x + origin[1]) % tile.size, 0].reshape(y.size, -1)
         wanted = cells[:, [tile.dims.index(name) for name in matched]]

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import generator
-from addon import automatic, film, forecast, gather, plan
+from addon import automatic, failure, film, forecast, gather, plan
 from tests import rendering
 
 
@@ -170,6 +170,21 @@ def test_plan_cannot_be_written(monkeypatch, tmp_path):
     write = plan.Plan.write
     monkeypatch.setattr(plan.Plan, "write", lambda made, path: write(made, str(tmp_path / "missing" / "plan.tif")))
     render_expecting("Cannot write the sample plan")
+
+
+def test_cancelled_while_it_plans(monkeypatch):
+    """Nothing is rendered, and nothing said."""
+    build_scene()
+
+    def cancel(*_):
+        raise failure.Cancelled
+
+    before, files = snapshot(), set(os.listdir(bpy.app.tempdir))
+    monkeypatch.setattr(automatic, "make", cancel)
+    monkeypatch.setattr(gather, "render", lambda *_: pytest.fail("rendered"))
+    bpy.ops.render.render()
+    assert snapshot() == before
+    assert set(os.listdir(bpy.app.tempdir)) == files
 
 
 def test_temporary_folder_cannot_be_used(monkeypatch):
