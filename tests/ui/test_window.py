@@ -74,7 +74,9 @@ def test_panel_tells_what_the_scene_uses(facts):
 
 
 def test_panel_tells_how_long_it_takes(facts):
-    assert facts["overhead"].startswith("They take") and facts["overhead_of_gather"].startswith("Adds less than a second")
+    assert facts["overhead"].startswith("They take") and facts["overhead_of_gather"].startswith(
+        "Adds less than a second"
+    )
 
 
 def test_panel_tells_that_a_camera_is_refused(facts):
