@@ -132,28 +132,30 @@ def written(views):
 
 
 @contextlib.contextmanager
-def dicing(engine, scene, views):
+def dicing(engine, scene, cameras):
     """Make Cycles dice adaptive subdivision by a camera as the user made it, for the time of a `with` block.
 
-    A custom camera does not tell it the size of a pixel (`Camera::world_to_raster_size` of Cycles).
+    A custom camera does not tell it the size of a pixel (`Camera::world_to_raster_size` of Cycles), that of a
+    sub-render tells another one.
 
     Parameters
     ----------
     engine : bpy.types.RenderEngine
     scene : bpy.types.Scene
         The evaluated scene.
-    views : dict of str to View
+    cameras : dict of bpy.types.Object to dict
+        The evaluated cameras that are written to, and the plain values of their data as the user set them.
     """
     chosen = scene.cycles.dicing_camera
-    replaced = [view for view in views.values() if chosen is None or chosen.data == view.camera.data]
+    replaced = [camera for camera in cameras if chosen is None or chosen.data == camera.data]
     if not replaced:
         yield
         return
     with bpy.data.temp_data() as made:
-        data = made.cameras.new(replaced[0].settings["name"])
-        persistence.put_back(data, replaced[0].settings)
+        data = made.cameras.new(cameras[replaced[0]]["name"])
+        persistence.put_back(data, cameras[replaced[0]])
         camera = made.objects.new("Dicing", data)
-        camera.matrix_world = (chosen or replaced[0].camera).matrix_world
+        camera.matrix_world = (chosen or replaced[0]).matrix_world
         scene.cycles.dicing_camera = camera
         try:
             yield

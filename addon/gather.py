@@ -264,7 +264,8 @@ def _set_sampling(settings, samples, seed):
 def render(engine, depsgraph, job):
     """Run Cycles on a prepared render, put the pixels in order and filter them."""
     try:
-        with job.folder, camera.dicing(engine, depsgraph.scene_eval, job.views):
+        cameras = {view.camera: view.settings for view in job.views.values()}
+        with job.folder, camera.dicing(engine, depsgraph.scene_eval, cameras):
             in_parts = job.filter or job.choose_levels
             passes = _in_parts(engine, depsgraph, job) if in_parts else _rendered(engine, depsgraph, job)
         finish(engine, job, passes)

@@ -15,6 +15,7 @@ import numpy as np
 from cycles import engine as cycles
 
 from . import (
+    camera,
     cell_camera,
     cell_plan,
     denoising,
@@ -217,17 +218,20 @@ def render(engine, depsgraph, job):
     written = _Overwritten()
     progress = Progress(engine, job.plan.side**2 * len(job.subset))
     mean = {}
+    scene = depsgraph.scene_eval
+    cameras = {made: persistence.values(made.data) for made in cell_camera.cameras(engine, scene)}
     try:
-        for count, sample in enumerate(job.subset, start=1):
-            passes = _render_sample(engine, depsgraph, job, sample, written, progress)
-            if count == 1:
-                mean = passes
-            elif engine.test_break():
-                break
-            for key in passes:
-                if key[0] not in film.FIRST_SAMPLE_PASSES:
-                    mean[key] += (passes[key] - mean[key]) / np.float32(count)
-            film.write_passes(engine, job.region, job.layer.name, mean)
+        with camera.dicing(engine, scene, cameras):
+            for count, sample in enumerate(job.subset, start=1):
+                passes = _render_sample(engine, depsgraph, job, sample, written, progress)
+                if count == 1:
+                    mean = passes
+                elif engine.test_break():
+                    break
+                for key in passes:
+                    if key[0] not in film.FIRST_SAMPLE_PASSES:
+                        mean[key] += (passes[key] - mean[key]) / np.float32(count)
+                film.write_passes(engine, job.region, job.layer.name, mean)
     except Refused as refused:
         report(engine, str(refused))
     finally:
@@ -271,8 +275,8 @@ def _render_cell(engine, depsgraph, job, index, first_pixel, written):
         written.put_back()
         scene, side = depsgraph.scene_eval, job.plan.side
         first = np.add(job.region.corner, 0.5) + first_pixel + job.offsets[index] - side * job.drift[point]
-        for camera in cameras:
-            cell_camera.aim(written, camera, scene.render, job.region, side, first, job.plan.lens[index])
+        for made in cameras:
+            cell_camera.aim(written, made, scene.render, job.region, side, first, job.plan.lens[index])
         _set_sampling(written, scene, depsgraph.view_layer_eval, job.plan, point)
         _set_border(written, engine.render, job.region, side)
         cycles.reset(engine, job.data, depsgraph)

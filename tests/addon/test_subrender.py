@@ -13,6 +13,7 @@ from tests.addon import test_expectation as scenes
 from tests.addon.test_camera import build_scene as build_landscape
 from tests.addon.test_manners import snapshot
 from tests.addon.test_panel import zoom
+from tests.scenes import builders
 
 SEEDS = range(20)
 PANORAMAS = ("FISHEYE_EQUISOLID", "FISHEYE_LENS_POLYNOMIAL", "CENTRAL_CYLINDRICAL")
@@ -138,6 +139,17 @@ def test_stereo_pair(tmp_path, mode, fit):
         a, b = (passes[f"ViewLayer.Combined.{eye}"] for passes in (ours, native))
         wrong = np.abs(a - b).max(axis=-1) > tolerance * (1 + np.abs(b).max(axis=-1))
         assert wrong.mean() <= 0.01, f"{eye}: {wrong.mean():.1%} of the pixels differ"
+
+
+@pytest.mark.parametrize("motion_blur", [False, True])
+def test_adaptive_subdivision(tmp_path, motion_blur):
+    """Surfaces are diced for the pixels of the picture, not for the larger ones of a sub-render, at all times."""
+    builders.displacement()
+    scene = use_sub_renders()
+    scene.render.use_motion_blur, scene.render.motion_blur_shutter = motion_blur, 1e-4
+    rendering.slide(scene.camera, (0, -5.1, 5), (0, -4.9, 5))
+    ours, native = (rendering.render(tmp_path, engine)["ViewLayer.Normal"] for engine in reversed(rendering.ENGINES))
+    assert np.abs(ours - native).max(axis=-1).mean() < 1e-3
 
 
 def test_blackman_harris_filter(tmp_path):
