@@ -9,10 +9,14 @@ import numpy as np
 
 from . import exposure
 from .failure import Refused
+from .region import Region
 
-# Panoramas whose film can be made larger than the frame: by the sensor's size, or by the range that is seen.
+# Panoramas whose film can be made larger than the frame: by the sensor's size, or by the range that is seen.  (That of
+# an equirectangular one ends at the poles.)
 _BY_SENSOR = {"FISHEYE_EQUISOLID", "FISHEYE_LENS_POLYNOMIAL"}
 _BY_RANGE = {"CENTRAL_CYLINDRICAL"}
+# In a square frame this is a polynomial of the first degree.
+_BY_SENSOR_IF_SQUARE = {"FISHEYE_EQUIDISTANT"}
 
 
 def check(scene, made):
@@ -25,7 +29,8 @@ def check(scene, made):
     if data.type == "CUSTOM":
         raise Refused(f'Camera "{made.name}" is custom (OSL), which sub-renders cannot give; {way_out}')
     if data.type == "PANO":
-        if data.panorama_type not in _BY_SENSOR | _BY_RANGE:
+        width, height = _ratio(Region.of_render(scene.render).frame, scene.render)
+        if data.panorama_type not in _BY_SENSOR | _BY_RANGE | (_BY_SENSOR_IF_SQUARE if width == height else set()):
             kind = data.bl_rna.properties["panorama_type"].enum_items[data.panorama_type].name
             raise Refused(f'Camera "{made.name}" is panoramic ({kind}), which sub-renders cannot give; {way_out}')
         if data.dof.use_dof:
@@ -85,7 +90,7 @@ def aim(written, made, render, region, side, first, lens_numbers):
     # Shift counts in widths (or heights) of the sensor, but of the frame in a panorama.
     span = np.ones(2)
     if data.type != "PANO":
-        ratio = frame * (render.pixel_aspect_x, render.pixel_aspect_y)
+        ratio = _ratio(frame, render)
         horizontal = ratio[0] > ratio[1] if data.sensor_fit == "AUTO" else data.sensor_fit == "HORIZONTAL"
         span = ratio / ratio[0 if horizontal else 1]
     # Raster position p shows the film position first + side * (p - raster).
@@ -127,8 +132,18 @@ def _stop_down(written, made, lens_numbers):
     return shift
 
 
+def _ratio(frame, render):
+    """Width and height of the frame, to be compared."""
+    return np.multiply(frame, (render.pixel_aspect_x, render.pixel_aspect_y))
+
+
 def _enlarge(written, data, side):
     """Make the film so many times larger; with the sensor also the distance between the films of a stereo pair."""
+    if data.type == "PANO" and data.panorama_type in _BY_SENSOR_IF_SQUARE:
+        sensor = data.sensor_height if data.sensor_fit == "VERTICAL" else data.sensor_width
+        terms = {f"fisheye_polynomial_k{power}": 0.0 for power in range(5)}
+        terms["fisheye_polynomial_k1"] = -data.fisheye_fov / sensor
+        written.set(data, panorama_type="FISHEYE_LENS_POLYNOMIAL", **terms)
     if data.type != "PANO" or data.panorama_type in _BY_SENSOR:
         written.set(data, sensor_width=side * data.sensor_width, sensor_height=side * data.sensor_height)
     if data.type == "ORTHO":

@@ -88,6 +88,21 @@ def test_mean_over_seeds_is_native(tmp_path, build, samples):
     rendering.assert_same_expectation(*both(tmp_path, samples))
 
 
+@pytest.mark.parametrize("fit", ["AUTO", "VERTICAL"])
+def test_equidistant_fisheye(tmp_path, fit):
+    """Sub-renders give it in square frames only."""
+    camera = {"panorama_type": "FISHEYE_EQUIDISTANT", "fisheye_fov": 2.8, "sensor_height": 20.0, "sensor_fit": fit}
+    scene = build_landscape(37, 37, type="PANO", shift_y=0.1, **camera)
+    use_sub_renders()
+    ours, native = (rendering.beauty(rendering.render(tmp_path, engine)) for engine in rendering.ENGINES)
+    wrong = np.abs(ours - native).max(axis=-1) > 3e-4 * (1 + native.max(axis=-1))
+    assert wrong.mean() <= 0.02
+    assert (native[..., 0] == 0).any() and (native[..., 0] > 0).mean() > 0.2
+    scene.render.engine, scene.render.pixel_aspect_x = "SPECTRAL_TILES", 1.5
+    with pytest.raises(RuntimeError, match="Equidistant"):
+        bpy.ops.render.render()
+
+
 def test_bokeh(tmp_path):
     """One point of light out of focus, at the distance of an object, draws the aperture."""
     rendering.empty_scene(24, 24)
