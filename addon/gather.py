@@ -190,6 +190,7 @@ def prepare(engine, data, depsgraph):
     if tile is None and use.is_direct and use.dims and sequence == 1:
         # Nothing but the tile's own dimensions is left to chance, and the rest need not be spared.
         tile = library.spectral(use.dims)
+    engine.update_stats("", "Planning samples")
     planned = min(settings.samples, _PLANNED)
     if tile is None:
         sample_plan = automatic.make(use, region, planned, settings.seed, frame, sequence, engine.test_break)
