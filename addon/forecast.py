@@ -87,7 +87,7 @@ def overhead(scene):
     if driver.is_subrender(scene):
         count, pace = subrender.sub_renders(scene), progress.Progress.pace
         if pace is None:
-            return f"They take {progress.clock(count * progress.LEAST)} at least"
+            return f"They take {progress.clock(max(1.0, count * progress.LEAST))} at least"
         return f"They take about {progress.clock(count * pace)} if each takes as long as the last ones did"
     pixels = Region.of_render(scene.render).pixels
     is_large = pixels > LARGE

@@ -258,7 +258,7 @@ def test_forecast_tells_how_long_sub_renders_take(monkeypatch):
     scene = build_scene()
     scene.spectral_tiles.driver = "SUBRENDER"
     monkeypatch.setattr(progress.Progress, "pace", None)
-    assert "256 small" in forecast.render_calls(scene) and "0:05 at least" in forecast.overhead(scene)
+    assert "256 small" in forecast.render_calls(scene) and "0:01 at least" in forecast.overhead(scene)
     scene.spectral_tiles.samples = 1
     bpy.ops.render.render()
     assert 0.0 < progress.Progress.pace < 5.0
