@@ -23,8 +23,28 @@ _MODES, _TRIAL = 24, 4096
 GROUP, WEIGHT = 4, 0.5
 
 
-def groups(use):
-    """Dimensions that decide together about a sample's radiance, and how much each group counts.
+# Dimensions that integrands depend on together.
+_TIME, _LENS, _LIGHT, _PICK = ("t",), ("lens.u", "lens.v"), ("light.u", "light.v"), ("light.pick",)
+_SCATTERING, _CLOSURE, _PICK_2 = ("bsdf.u", "bsdf.v"), ("bsdf.pick",), ("light2.pick",)
+
+# What part of the variance of pictures comes from each, in percent, and from their interactions.
+SHARES = {
+    (_TIME,): 5.0,
+    (_LENS,): 10.0,
+    (_LIGHT,): 5.0,
+    (_PICK,): 15.0,
+    (_SCATTERING,): 15.0,
+    (_CLOSURE,): 3.0,
+    (_SCATTERING, _CLOSURE): 1.5,
+    (_LIGHT, _PICK): 1.0,
+    (_TIME, _LIGHT): 1.0,
+    (_SCATTERING, _PICK_2): 0.5,
+    (_PICK_2,): 0.3,
+}
+
+
+def shares(use):
+    """What the noise of a frame comes from, as `modes.variances` takes it.
 
     Parameters
     ----------
@@ -32,27 +52,22 @@ def groups(use):
 
     Returns
     -------
-    list of (tuple of str, float)
+    list of (tuple of tuple of str, float)
     """
-    light = ("light.u", "light.v")
-    picked = (*light, "light.pick")
-    scattered = ("bsdf.u", "bsdf.v")
-    chosen = []
+    used = set()
     if use.motion_blur:
-        chosen.append((("t",), 1.0))
+        used.add(_TIME)
     if use.lens:
-        chosen.append((("lens.u", "lens.v"), 1.0))
+        used.add(_LENS)
     if use.lights:
-        chosen.append((light, 1.0))
+        used.add(_LIGHT)
     if use.lights > 1:
-        chosen.append((picked, 1.0))
-    if use.motion_blur and use.lights:
-        chosen.append((("t", *light), 1.0))
-    if use.bounces:
-        chosen += [(scattered, 1.0), ((*scattered, "bsdf.pick"), 1.0)]
-        if use.lights:
-            chosen.append(((*scattered, "light2.u", "light2.v", "light2.pick"), 0.7))
-    return chosen
+        used.add(_PICK)
+    if use.bounces or use.glow:
+        used |= {_SCATTERING, _CLOSURE}
+    if use.bounces and use.lights > 1:
+        used.add(_PICK_2)
+    return [(groups, share) for groups, share in SHARES.items() if used.issuperset(groups)]
 
 
 def place_in_group(seed, frame):
@@ -100,7 +115,7 @@ def make(use, region, samples, seed, frame=None, sequence=None, is_cancelled=lam
     ------
     Cancelled
     """
-    chosen = tuple(groups(use))
+    chosen = tuple(shares(use))
     group, first_seed, place = place_in_group(seed, frame)
     is_large = region.pixels > LARGE
     frames = 1 if frame is None else GROUP
@@ -118,7 +133,7 @@ def _arrange(chosen, region, samples, sequence, first_seed, frames, is_cancelled
     plans = [Plan(first_seed + place, width, film) for place, film in enumerate(films)]
     if not chosen:
         return plans
-    error_modes = _error_modes(chosen, samples, sequence)
+    weighed = error_modes(chosen, samples, sequence)
 
     def fill(window):
         y, x = (_aligned(part, start) for part, start in zip(window, region.corner[::-1], strict=True))
@@ -130,11 +145,11 @@ def _arrange(chosen, region, samples, sequence, first_seed, frames, is_cancelled
             if is_cancelled():
                 raise Cancelled
             ranks = cycles_random.pixel_ranks(x, y, plan.seed)
-            here = modes.features(error_modes, _numbers(error_modes, ranks, samples, sequence))
+            here = modes.features(weighed, numbers(weighed, ranks, samples, sequence))
             is_last = plan is plans[-1]
             if not is_last:
                 here = list(here)
-            order = arrange(here, len(error_modes), ranks, inside, before)
+            order = arrange(here, len(weighed), ranks, inside, before)
             plan.film[place.ravel()[order[inside]]] = place[inside]
             if not is_last:
                 seen = [np.float32(WEIGHT) * feature.ravel()[order] for feature in here]
@@ -147,17 +162,48 @@ def _arrange(chosen, region, samples, sequence, first_seed, frames, is_cancelled
 
 
 @functools.cache
-def _error_modes(chosen, samples, sequence):
-    """The modes in which pixels with that many samples differ most."""
+def error_modes(chosen, samples, sequence, count=_MODES):
+    """The modes in which pixels differ most.
+
+    Parameters
+    ----------
+    chosen : tuple
+        Of `shares`.
+    samples, sequence : int
+        Samples of each pixel, and of each pixel's share of Cycles' sequence.
+    count : int
+        How many modes.
+
+    Returns
+    -------
+    dict of tuple to float
+        As `modes.features` takes it.
+    """
     total = modes.variances(chosen)
     ranks = np.arange(max(_TRIAL // samples, 256), dtype=np.uint32)
-    return modes.strongest(total, _numbers(total, ranks, samples, sequence), _MODES)
+    return modes.strongest(total, numbers(total, ranks, samples, sequence), count)
 
 
-def _numbers(error_modes, ranks, samples, sequence):
-    """Leading bytes of what the modes depend on, at the first samples of each pixel's share of the sequence."""
-    index = ranks * np.uint32(sequence) + np.arange(samples, dtype=np.uint32).reshape(-1, *(1,) * ranks.ndim)
-    return cycles_random.leading_bytes(index, sorted({name for mode in error_modes for name, _ in mode}))
+def numbers(chosen, ranks, samples, sequence, first=0):
+    """What modes depend on, at some samples of each pixel's share of the sequence.
+
+    Parameters
+    ----------
+    chosen : iterable of tuple
+        Modes.
+    ranks : uint32 array
+        Of the pixels (`cycles_random.pixel_ranks`).
+    samples, sequence, first : int
+        How many samples, of how many, from which on.
+
+    Returns
+    -------
+    dict of str to uint8 array, shape (samples, *ranks.shape)
+        Leading bytes of Cycles' numbers, by dimension.
+    """
+    steps = np.arange(first, first + samples, dtype=np.uint32).reshape(-1, *(1,) * ranks.ndim)
+    dims = sorted({name for mode in chosen for name, _ in mode})
+    return cycles_random.leading_bytes(ranks * np.uint32(sequence) + steps, dims)
 
 
 def _aligned(part, start):

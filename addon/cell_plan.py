@@ -5,6 +5,7 @@ All film pixels of one cell share their random numbers: one point of Cycles' seq
 each sample.  The plan says which point each cell gets, and what time, lens point and film position go with it.
 """
 
+import itertools
 from dataclasses import dataclass
 
 import numpy as np
@@ -78,16 +79,16 @@ def arranged(use, samples, seed, frame=None):
     """
     cells = side(samples) ** 2
     count = shared_sequence.length(cells * samples)
-    groups = automatic.groups(use)
-    dims = sorted({name for group, _ in groups for name in group})
+    shares = automatic.shares(use)
+    dims = sorted({name for groups, _ in shares for name in itertools.chain(*groups)})
     _, first_seed, place = automatic.place_in_group(seed, frame)
     order, error_modes, before = np.arange(cells), None, 0.0
     for cycles_seed in range(first_seed, first_seed + place + 1):
-        if groups:
+        if shares:
             values = shared_sequence.values(dims, count, cycles_seed)[: cells * samples]
             values = (256.0 * values).astype(np.uint8).reshape(cells, samples, len(dims))[:, :_WEIGHED]
             numbers = {name: values[..., column].T for column, name in enumerate(dims)}
-            error_modes = error_modes or modes.strongest(modes.variances(groups), numbers, _MODES)
+            error_modes = error_modes or modes.strongest(modes.variances(shares), numbers, _MODES)
             features = np.stack(list(modes.features(error_modes, numbers)), axis=-1)
             order = _placed(features, side(samples), before)
             before = before + automatic.WEIGHT * features[order]

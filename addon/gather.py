@@ -20,6 +20,7 @@ from . import (
     adaptive,
     automatic,
     camera,
+    control_variates,
     denoising,
     driver,
     failure,
@@ -69,6 +70,8 @@ class Job:
         Picture at the base rate -> doublings of it for each pixel (`addon.adaptive`); None if all get the same.
     filter : Filter or None
         What samples are spread by; None leaves that to Cycles.
+    without_noise : callable or None
+        Of `control_variates.of_picture`; None leaves the noise in.
     denoise : bool
         Whether the result is to be denoised.
     folder : tempfile.TemporaryDirectory
@@ -88,6 +91,7 @@ class Job:
     base: int
     choose_levels: Callable | None
     filter: Filter | None
+    without_noise: Callable | None
     denoise: bool
     folder: tempfile.TemporaryDirectory
     before: list
@@ -210,7 +214,10 @@ def prepare(engine, data, depsgraph):
     before = [(owner, persistence.values(owner)) for owner in (scene.cycles, *camera.written(views))]
     _set_sampling(scene.cycles, sequence, sample_plan.seed)
     camera.replace(scene, views, region, image)
-    chosen = None
+    without_noise, chosen = None, None
+    # Layers of a picture are merged by their samples alone.
+    if settings.control_variates and not scene.cycles.use_sample_subset:
+        without_noise = control_variates.of_picture(use, region, sample_plan, sequence)
     if settings.filter != "AS_CYCLES":
         chosen = Filter(settings.filter, settings.filter_width, settings.filter_b, settings.filter_c)
     return Job(
@@ -223,6 +230,7 @@ def prepare(engine, data, depsgraph):
         base=base,
         choose_levels=choose_levels,
         filter=chosen,
+        without_noise=without_noise,
         denoise=denoise,
         folder=folder,
         before=before,
@@ -267,8 +275,10 @@ def render(engine, depsgraph, job):
     try:
         cameras = {view.camera: view.settings for view in job.views.values()}
         with job.folder, camera.dicing(engine, depsgraph.scene_eval, cameras):
-            in_parts = job.filter or job.choose_levels
-            passes = _in_parts(engine, depsgraph, job) if in_parts else _rendered(engine, depsgraph, job)
+            if job.filter or job.choose_levels:
+                passes = _in_parts(engine, depsgraph, job)
+            else:
+                passes = _without_noise(job, _rendered(engine, depsgraph, job), 0, job.base)
         finish(engine, job, passes)
     finally:
         if persistence.is_kept(engine):
@@ -301,6 +311,17 @@ def _rendered(engine, depsgraph, job):
             hit = depth[:, 0] < _NO_DEPTH
             depth[hit, 0] = job.views[view].depth(passes["Position", view][hit])
     return {key: film.scatter(pixels, job.plan.film) for key, pixels in passes.items()}
+
+
+def _without_noise(job, passes, first, count):
+    """Passes of a picture without the noise that Cycles' known numbers explain."""
+    if job.without_noise is None or count > control_variates.MOST_SAMPLES:
+        return passes
+    width, height = job.region.size
+    # The first view's; Cycles' numbers in the others are not those of the plan.
+    lit = {key: pixels for key, pixels in passes.items() if key[1] == next(iter(job.views))}
+    planes = job.without_noise(film.colours(lit, height, width), first, count)
+    return passes | film.with_colours(lit, planes)
 
 
 def _in_parts(engine, depsgraph, job):
@@ -352,4 +373,7 @@ def _part(engine, depsgraph, job, first, count, taken):
     scene.cycles.use_sample_subset = True
     scene.cycles.sample_offset = first
     scene.cycles.sample_subset_length = count
-    return _rendered(engine, depsgraph, job), where, count * taken.astype(np.float32)
+    passes = _rendered(engine, depsgraph, job)
+    if taken.all():
+        passes = _without_noise(job, passes, first, count)
+    return passes, where, count * taken.astype(np.float32)

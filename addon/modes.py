@@ -6,6 +6,7 @@ DESIGN, section 4); the modes that are strong in pictures vary along few paramet
 """
 
 import itertools
+import math
 
 import numpy as np
 
@@ -19,31 +20,39 @@ _CANDIDATES = 256
 _ANGLES = np.pi * (np.arange(256) + 0.5) / 256
 
 
-def variances(groups):
+def variances(shares):
     """How much of a picture's variance to blame on each mode.
 
     Parameters
     ----------
-    groups : sequence of (tuple of str, float)
-        Dimensions that integrands depend on together, and the variance that this causes.
+    shares : sequence of (tuple of tuple of str, float)
+        Groups of dimensions whose interaction causes variance (a single one: what it causes by itself), and how much:
+        the terms of an analysis of variance.
 
     Returns
     -------
     dict of tuple of (str, int) to float
-        A mode is the number of its half-periods along each dimension that it depends on.  A step along a random plane
-        has the power |m|^-(d + 1) at the wave vector m in d dimensions; a mode of k dimensions stands for 2^k vectors.
+        A mode is the number of its half-periods along each dimension that it depends on.  Within a group the power at
+        the wave vector m falls like |m|^-3, as for a step along a random line in the plane.
     """
     total = {}
-    for dims, share in groups:
+    for groups, share in shares:
         power = {}
-        for numbers in itertools.product(range(_HIGHEST + 1), repeat=len(dims)):
-            mode = tuple((name, m) for name, m in zip(dims, numbers, strict=True) if m)
-            if mode:
-                power[mode] = sum(m * m for m in numbers) ** (-(len(dims) + 1) / 2) * 2.0 ** len(mode)
+        for waves_of_groups in itertools.product(*map(_group_powers, groups)):
+            mode = tuple(sorted(itertools.chain(*(mode for mode, _ in waves_of_groups))))
+            power[mode] = math.prod(value for _, value in waves_of_groups)
         scale = share / sum(power.values())
         for mode, value in power.items():
             total[mode] = total.get(mode, 0.0) + scale * value
     return total
+
+
+def _group_powers(dims):
+    """Modes along some dimensions, with their power."""
+    for numbers in itertools.product(range(_HIGHEST + 1), repeat=len(dims)):
+        if any(numbers):
+            mode = tuple((name, m) for name, m in zip(dims, numbers, strict=True) if m)
+            yield mode, sum(m * m for m in numbers) ** -1.5
 
 
 def features(chosen, numbers):
@@ -61,17 +70,35 @@ def features(chosen, numbers):
     float32 array, shape (...)
         One mode's mean over a pixel's samples, without its mean over all pixels.
     """
+    for (mode, variance), wave in zip(chosen.items(), waves(chosen, numbers), strict=True):
+        wave *= np.float32((variance * 2.0 ** len(mode)) ** 0.5)
+        yield wave - wave.mean()
+
+
+def waves(chosen, numbers):
+    """Modes of the samples' parameters, between -1 and 1.
+
+    Parameters
+    ----------
+    chosen : iterable of tuple
+    numbers : dict
+        As `features` takes it.
+
+    Yields
+    ------
+    float32 array, shape (...)
+        One mode's mean over a pixel's samples.
+    """
     count = len(next(iter(numbers.values())))
     cosines = {factor: np.cos(factor[1] * _ANGLES).astype(np.float32) for mode in chosen for factor in mode}
-    for mode, variance in chosen.items():
-        scale = np.float32((variance * 2.0 ** len(mode)) ** 0.5 / count)
+    for mode in chosen:
         total = np.float32(0.0)
         for sample in range(count):
-            product = scale
+            product = np.float32(1.0 / count)
             for name, m in mode:
                 product = product * cosines[name, m][numbers[name][sample]]
             total = total + product
-        yield total - total.mean()
+        yield total
 
 
 def strongest(total, numbers, count):

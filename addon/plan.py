@@ -12,7 +12,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from . import openimageio
+from . import cycles_random, film, openimageio
 from .failure import Refused
 
 # Plans, or groups of them, kept for the next frames and renders of this process: 4 to 16 bytes a pixel each.
@@ -62,6 +62,28 @@ class Plan:
         row, column = np.divmod(self.film, np.int32(self.width))
         film = (row + np.int32(up)) % np.int32(height) * np.int32(self.width) + (column + np.int32(right)) % self.width
         return replace(self, film=film.astype(np.int32))
+
+    def at_film(self, region):
+        """What Cycles draws at each film pixel.
+
+        Parameters
+        ----------
+        region : addon.region.Region
+
+        Returns
+        -------
+        ranks : uint32 array, shape (height, width)
+            Of `cycles_random.pixel_ranks`.
+        lens_shift : dict of str to uint8 array, shape (height, width)
+            What our camera adds to the lens numbers, in 256ths; empty if nothing.
+        """
+        x, y = (np.arange(size) + corner for size, corner in zip(region.size, region.corner, strict=True))
+        shape = len(y), len(x)
+        ranks = cycles_random.pixel_ranks(x[None, :], y[:, None], self.seed)
+        shifts = {} if self.lens_shift is None else dict(zip(("lens.u", "lens.v"), self.lens_shift.T, strict=True))
+        moved = {name: film.scatter((256.0 * shift).astype(np.uint8), self.film) for name, shift in shifts.items()}
+        ranks = film.scatter(ranks.ravel(), self.film)
+        return ranks.reshape(shape), {name: shift.reshape(shape) for name, shift in moved.items()}
 
     def write(self, path):
         """Write the image that `camera.osl` reads: film column and row, then the lens shift, as 16-bit integers.

@@ -2,7 +2,7 @@
 """What the user can set, `scene.spectral_tiles`."""
 
 import bpy
-from bpy.props import EnumProperty, FloatProperty, IntProperty, PointerProperty, StringProperty
+from bpy.props import BoolProperty, EnumProperty, FloatProperty, IntProperty, PointerProperty, StringProperty
 
 from . import library, reconstruction
 
@@ -55,6 +55,12 @@ class SpectralTilesSettings(bpy.types.PropertyGroup):
         default=0,
         min=0,
         max=2**31 - 1,
+        override=_OVERRIDABLE,
+    )
+    control_variates: BoolProperty(
+        name="Control Variates",
+        description="Subtract the noise that the random numbers explain, up to four samples a pixel; adds no bias",
+        default=True,
         override=_OVERRIDABLE,
     )
     filter: EnumProperty(

@@ -90,11 +90,11 @@ def test_frames(openjd, tmp_path):
 
 def test_layers_and_a_task_that_dies(openjd, scene_file, tmp_path):
     frame, whole = tmp_path / "frame.exr", tmp_path / "whole.exr"
-    job = {"Output": frame, "Samples": 4, "Layers": 2}
+    job = {"Output": frame, "Samples": 8, "Layers": 2}
     done = openjd("layers.openjd.yaml", **job)
     assert done.returncode == 0, done.stdout + done.stderr
     first = frame.read_bytes()
-    assert command.run(["render", scene_file, "--samples", "4", "--output", str(whole)]) == command.DONE
+    assert command.run(["render", scene_file, "--samples", "8", "--output", str(whole)]) == command.DONE
     merged, expected = (rendering.beauty(rendering.read_exr(path)) for path in (frame, whole))
     np.testing.assert_allclose(merged, expected, rtol=0, atol=4 * np.finfo(np.float32).eps * expected.max())
 

@@ -206,7 +206,7 @@ def test_bokeh(tmp_path, blades, kind):
     camera.data.dof.aperture_rotation = 0.4
     camera.data.dof.aperture_ratio = 1.6
     rendering.add_plane(0.5, rendering.emission(strength=20.0))
-    seeds = range(8)
+    seeds = range(24)
     ours, native = (rendering.stack(tmp_path, engine, seeds, samples=64) for engine in reversed(rendering.ENGINES))
     assert native[..., 0].max() > 0.1
     rendering.assert_same_expectation(ours, native, block=2)
@@ -252,7 +252,7 @@ def test_bokeh_of_panoramas(tmp_path, panorama, blades):
     # The mirror ball's middle looks back along the camera's axis.
     side = 1 if panorama == "MIRRORBALL" else -1
     rendering.add_plane(0.8, rendering.emission(strength=20.0), (1.8, 1.2, 10 + 8 * side))
-    seeds = range(8)
+    seeds = range(24)
     ours, native = (rendering.stack(tmp_path, engine, seeds, samples=64) for engine in reversed(rendering.ENGINES))
     assert native[..., 0].max() > 0.05
     rendering.assert_same_expectation(ours, native, block=2)

@@ -1,0 +1,118 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What the random numbers explain is taken out of a picture, and nothing else."""
+
+import bpy
+import numpy as np
+import pytest
+
+from addon import automatic, control_variates, modes
+from addon.analysis import SceneUse
+from tests import rendering
+
+USE = SceneUse(motion_blur=True, lens=False, lights=2, bounces=False, glow=False)
+HEIGHT, WIDTH = 96, 83
+
+
+@pytest.fixture(scope="module")
+def chosen():
+    return list(automatic.error_modes(tuple(automatic.shares(USE)), 1, 1, 8))
+
+
+def drawn(seed, samples=1):
+    """Independent random bytes for every pixel."""
+    names = ("t", "light.u", "light.v", "light.pick")
+    rng = np.random.default_rng(seed)
+    return {name: rng.integers(0, 256, (samples, HEIGHT, WIDTH), np.uint8) for name in names}
+
+
+def cleaned(planes, numbers, chosen):
+    return control_variates.without_noise(planes, lambda rows: {n: b[:, rows] for n, b in numbers.items()}, chosen)
+
+
+def content():
+    """A picture with slopes, an edge and a texture."""
+    y, x = np.mgrid[:HEIGHT, :WIDTH].astype(np.float32)
+    return np.stack([1 + 0.01 * x + (x > 40), 2 + np.sin(y / 3), 1 + (x.astype(int) ^ y.astype(int)) % 3])
+
+
+@pytest.mark.parametrize("samples", [1, 3])
+def test_explained_noise_goes_and_the_rest_stays(chosen, samples):
+    """Half of the variance follows one mode; with 900 pixels around that say so, nearly all of that half goes."""
+    numbers = drawn(1, samples)
+    wave = next(modes.waves([(("t", 1),)], numbers))
+    white = np.random.default_rng(2).normal(size=(3, HEIGHT, WIDTH)) * wave.std()
+    truth = np.ones((3, HEIGHT, WIDTH))
+    noisy = (truth + wave + white).astype(np.float32)
+    left = ((cleaned(noisy, numbers, chosen) - truth) ** 2).mean() / ((noisy - truth) ** 2).mean()
+    assert 0.49 < left < 0.54
+
+
+def test_a_picture_without_noise_is_left_alone(chosen):
+    picture = content().astype(np.float32)
+    for seed in range(5):
+        assert np.array_equal(cleaned(picture, drawn(seed), chosen), picture)
+
+
+def test_quiet_parts_stay_quiet(chosen):
+    """Beside a noisy half, a half without noise gets none of it."""
+    numbers = drawn(3)
+    wave = next(modes.waves([(("t", 1),)], numbers))
+    picture = np.ones((1, HEIGHT, WIDTH), np.float32)
+    picture[:, :, :40] += wave[:, :40]
+    changed = cleaned(picture, numbers, chosen) - picture
+    assert np.abs(changed[:, :, :40]).max() > 0.5
+    assert np.array_equal(changed[:, :, 47:], np.zeros_like(changed[:, :, 47:]))
+
+
+def test_one_bright_sample_does_not_spread(chosen):
+    numbers = drawn(4)
+    picture = (1 + 0.1 * np.random.default_rng(5).normal(size=(1, HEIGHT, WIDTH))).astype(np.float32)
+    picture[0, 50, 30] = 1000.0
+    changed = np.abs(cleaned(picture, numbers, chosen) - picture)
+    changed[0, 43:58, 23:38] = 0.0
+    assert changed.max() < 0.1
+
+
+def test_the_mean_over_many_pictures_stays(chosen):
+    """Noise that depends on the numbers in a bent way, over content, keeps its mean at every pixel."""
+    truth, count = content(), 400
+    total = np.zeros_like(truth)
+    squares = np.zeros_like(truth)
+    for seed in range(count):
+        numbers = drawn(seed)
+        t, u = numbers["t"][0] / 255.0, numbers["light.u"][0] / 255.0
+        # Mean 1, far from symmetric: mostly dark, seldom bright.
+        factor = 3.0 * t**2 + 4.0 * (u**3 - 0.25)
+        error = cleaned((truth * factor).astype(np.float32), numbers, chosen) - truth
+        total += error
+        squares += error**2
+    standard_error = np.sqrt(squares) / count
+    # 24,000 pixels: five standard errors for the worst; and their mean is as good as zero.
+    byte_steps = 0.01  # a byte's steps move the means of t**2 and u**3
+    assert (np.abs(total / count) < 5.0 * standard_error + byte_steps * truth).all()
+
+
+@pytest.mark.parametrize(("width", "height"), [(1, 1), (5, 3), (8, 8), (130, 2)])
+def test_any_size(chosen, width, height):
+    numbers = {name: byte[:, :1, :1].repeat(height, 1).repeat(width, 2) for name, byte in drawn(6).items()}
+    picture = np.random.default_rng(7).random((4, height, width), np.float32)
+    result = cleaned(picture, numbers, chosen)
+    assert result.shape == picture.shape
+    assert np.isfinite(result).all()
+
+
+def test_renders_are_closer_to_the_truth(tmp_path):
+    """A floor under two lamps: which is chosen makes most of the noise, and that goes."""
+    scene = rendering.empty_scene(64, 64)
+    rendering.add_camera((0, 0, 5))
+    rendering.add_plane(20, rendering.diffuse())
+    rendering.add_light("AREA", 100, (-2, 0, 3), size=0.5)
+    rendering.add_light("AREA", 300, (2, 0, 3), size=0.5)
+    scene.cycles.max_bounces = 0
+    truth = rendering.beauty(rendering.render(tmp_path, "CYCLES", samples=256))
+    errors = {}
+    for switched_on in (False, True):
+        bpy.context.scene.spectral_tiles.control_variates = switched_on
+        pictures = rendering.stack(tmp_path, "SPECTRAL_TILES", range(4))
+        errors[switched_on] = ((pictures - truth) ** 2).mean()
+    assert errors[True] < 0.5 * errors[False]
