@@ -29,11 +29,11 @@ MOST_SAMPLES = 4
 _BLOCK = 8
 _NEIGHBOURS = 2
 
-# How much it listens to each of the rows and columns; to itself it does not.
-_WEIGHTS = np.exp(-(np.arange(-_NEIGHBOURS, _NEIGHBOURS + 1) ** 2) / 2.88).astype(np.float32)
-_WEIGHTS /= np.sqrt(_WEIGHTS.sum() ** 2 - 1.0)
-_OWN = _WEIGHTS[_NEIGHBOURS] ** 2
-_SQUARES = np.square(_WEIGHTS).sum() ** 2 - _OWN**2
+# How much it listens to each row and column of them; to itself it does not.
+_NEARNESS = np.exp(-(np.arange(-_NEIGHBOURS, _NEIGHBOURS + 1) ** 2) / 2.88).astype(np.float32)
+_WEIGHTS = np.outer(_NEARNESS, _NEARNESS)
+_WEIGHTS[_NEIGHBOURS, _NEIGHBOURS] = 0.0
+_WEIGHTS /= _WEIGHTS.sum()
 
 # What differs from the mean over so many pixels to each side is noise.
 _REACH = 3
@@ -44,7 +44,7 @@ _OUTLIER = 4.0
 # Squared slopes are believed as far as they exceed chance this many times.  All of a block's are put to the proof: in
 # units of chance, their sum must exceed its mean by so many of its standard deviations, which no edge or texture does.
 _DOUBT = 2.0
-_PROOF = 12.0
+_PROOF = 8.0
 
 _TINY = np.float32(1e-20)
 
@@ -174,20 +174,23 @@ class _Blocks:
 
     def explained(self, heard):
         """The noise that the modes explain, by what the rows of blocks around say: (planes, rows, columns' pixels)."""
-        total = sum(weight * row.told for weight, row in zip(_WEIGHTS, heard, strict=True) if row is not None)
-        padded = np.pad(total, ((_NEIGHBOURS, _NEIGHBOURS), (0, 0), (0, 0)))
-        total = sum(weight * padded[shift : shift + len(total)] for shift, weight in enumerate(_WEIGHTS))
-        total -= _OWN * self.told
+        total = sum(_along(row.told, weights) for weights, row in zip(_WEIGHTS, heard, strict=True) if row is not None)
         count = self.waves.shape[1]
         product, power, square, pixels = np.split(total, [count, 2 * count, 2 * count + 1], axis=2)
         variance = square / np.maximum(pixels, _TINY)
         slope = product / np.maximum(power, _TINY)
         # In squares of what chance would make of no slope at all.
-        evidence = np.square(product) / np.maximum(variance * power * _SQUARES, _TINY)
+        evidence = np.square(product) / np.maximum(variance * power * np.square(_WEIGHTS).sum(), _TINY)
         slope *= np.maximum(1.0 - _DOUBT / np.maximum(evidence, _DOUBT), 0.0)
         slope *= evidence.sum(axis=2, keepdims=True) > count + _PROOF * np.sqrt(2.0 * count)
         scale = np.minimum(self.size / np.sqrt(np.maximum(variance, _TINY)), 1.0)
         return _from_blocks(scale * (slope @ self.waves))[:, : self._rows]
+
+
+def _along(columns, weights):
+    """Weighted sum of each column's neighbours, and of itself."""
+    padded = np.pad(columns, ((_NEIGHBOURS, _NEIGHBOURS), (0, 0), (0, 0)))
+    return sum(weight * padded[shift : shift + len(columns)] for shift, weight in enumerate(weights))
 
 
 def _mean_around(planes):

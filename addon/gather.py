@@ -215,8 +215,8 @@ def prepare(engine, data, depsgraph):
     _set_sampling(scene.cycles, sequence, sample_plan.seed)
     camera.replace(scene, views, region, image)
     without_noise, chosen = None, None
-    # Layers of a picture are merged by their samples alone.
-    if settings.control_variates and not scene.cycles.use_sample_subset:
+    # Whoever chose a tile wants to see what it does, and layers of a picture are merged by their samples alone.
+    if settings.control_variates and settings.tile == "AUTO" and not scene.cycles.use_sample_subset:
         without_noise = control_variates.of_picture(use, region, sample_plan, sequence)
     if settings.filter != "AS_CYCLES":
         chosen = Filter(settings.filter, settings.filter_width, settings.filter_b, settings.filter_c)

@@ -61,7 +61,8 @@ class SPECTRAL_TILES_PT_sampling(bpy.types.Panel):
         if settings.filter == "MITCHELL_NETRAVALI":
             layout.prop(settings, "filter_b")
             layout.prop(settings, "filter_c")
-        layout.prop(settings, "control_variates")
+        if settings.tile == "AUTO":
+            layout.prop(settings, "control_variates")
         row = layout.row(align=True)
         row.prop(settings, "seed")
         row.prop(context.scene.cycles, "use_animated_seed", text="", icon="TIME")

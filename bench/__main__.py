@@ -51,10 +51,16 @@ def _timed(scenes: Sequence[str], settings: Settings, pairs: int) -> str:
 
 def _quality(options: argparse.Namespace) -> str:
     size = (256, 256) if options.quick else (512, 512)
-    settings = Settings(size=size, bounces=options.bounces, driver=options.driver)
+    settings = Settings(size=size, bounces=options.bounces, driver=options.driver, raw=options.raw)
     samples, seeds = ((1,), 2) if options.quick else (options.samples, options.seeds)
     scenes = [scene_file(name) for name in options.scenes]
     return quality.report(scenes, settings, samples, range(seeds), _reference_samples(options), options.native_only)
+
+
+def _shares(options: argparse.Namespace) -> str:
+    from bench import shares  # imports Blender, which the other commands leave to their workers
+
+    return shares.report([scene_file(name) for name in options.scenes], options.size, range(options.seeds))
 
 
 def _frames(options: argparse.Namespace) -> str:
@@ -154,8 +160,15 @@ def _parser() -> argparse.ArgumentParser:
     over_scenes.add_argument("--bounces", type=_bounces, default=None, help="'own' (the scene's) or a number")
     over_scenes.add_argument("--seeds", type=int, default=4, help="images of each engine and sample count")
     over_scenes.add_argument("--driver", choices=("AUTO", "GATHER", "SUBRENDER"), default="AUTO", help="of our engine")
+    over_scenes.add_argument("--raw", action="store_true", help="without control variates")
     over_scenes.add_argument("--native-only", action="store_true", help=f"only {AUTOMATIC} against Tabulated Sobol")
     over_scenes.set_defaults(run=_quality)
+
+    sources = commands.add_parser("shares", help="which random numbers the noise of scenes comes from")
+    sources.add_argument("--scenes", nargs="+", default=QUALITY, metavar="SCENE", help="names or .blend files")
+    sources.add_argument("--size", type=int, default=256, metavar="N", help="width and height in pixels")
+    sources.add_argument("--seeds", type=int, default=64, help="renders of each scene")
+    sources.set_defaults(run=_shares)
 
     few = argparse.ArgumentParser(add_help=False, parents=[quick])
     few.add_argument("--scenes", nargs="+", default=FEW, metavar="SCENE", help="names or .blend files")

@@ -54,6 +54,8 @@ class Settings:
         Standard deviation in pixels of a Gaussian pixel filter, 0 for a box of one pixel.
     budget : bool
         Whether our engine spreads its samples over the picture as it sees fit.
+    raw : bool
+        Whether our engine leaves in the noise that control variates would take out.
     """
 
     engine: str = AUTOMATIC
@@ -68,6 +70,7 @@ class Settings:
     still: bool = False
     gaussian: float = 0.0
     budget: bool = False
+    raw: bool = False
 
 
 class RenderFailed(RuntimeError):
@@ -159,7 +162,7 @@ def _image_path(scene: SceneFile, settings: Settings, seed: int) -> Path:
         parts.append(f"from_{settings.first_sample}")
     if settings.gaussian:
         parts.append(f"gaussian_{settings.gaussian}")
-    parts += [name for name in ("adaptive", "denoise", "budget") if getattr(settings, name)]
+    parts += [name for name in ("adaptive", "denoise", "budget", "raw") if getattr(settings, name)]
     name = "-".join((*parts, f"{'frame' if settings.still else 'seed'}_{seed}.npy"))
     return CACHE / "images" / blender_version() / f"{scene.name}-{scene.key}" / name
 

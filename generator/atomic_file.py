@@ -6,6 +6,15 @@ from contextlib import contextmanager
 from pathlib import Path
 
 
+def check_writable(path):
+    """Raise an OSError if `path` is in no folder, or is a folder."""
+    path = Path(path)
+    if not path.parent.is_dir():
+        raise FileNotFoundError(f"{path}: no such folder")
+    if path.is_dir():
+        raise IsADirectoryError(f"{path}: expected a file, got a folder")
+
+
 @contextmanager
 def replacing(path):
     """Give a temporary path beside `path`; move it onto `path` on success, remove it on any error or interrupt.
@@ -13,6 +22,7 @@ def replacing(path):
     The temporary name keeps the suffix of `path`, because image libraries choose the format by it.
     """
     path = Path(path)
+    check_writable(path)
     handle, name = tempfile.mkstemp(prefix=f".{path.stem}.", suffix=path.suffix, dir=path.parent)
     os.close(handle)
     temporary = Path(name)

@@ -111,7 +111,7 @@ def best_candidates(count, d, rng, m=CANDIDATES, toroidal=True, norm=2.0, axes=N
     toroidal : bool
         Whether the pattern can be replicated periodically.
     norm : float
-        At least 1; the unit ball of this Lp norm is the region of avoidance: 1 a diamond, 2 a disk.
+        At least 1, finite; the unit ball of this Lp norm is the region of avoidance: 1 a diamond, 2 a disk.
     axes : sequence of float, optional
         Positive half-axes of that region along each dimension.
 
@@ -126,10 +126,10 @@ def best_candidates(count, d, rng, m=CANDIDATES, toroidal=True, norm=2.0, axes=N
         If an argument is out of range.
     """
     count, d, m = check_size("count", count), check_size("d", d), check_size("m", m)
-    if norm < 1:
-        raise ValueError(f"norm: expected an exponent of at least 1, got {norm!r}")
+    if not 1 <= norm < np.inf:
+        raise ValueError(f"norm: expected a finite exponent of at least 1, got {norm!r}")
     axes = np.ones(d) if axes is None else np.asarray(axes, dtype=float)
-    if axes.shape != (d,) or not (axes > 0).all():
+    if axes.shape != (d,) or not ((axes > 0) & (axes < np.inf)).all():
         raise ValueError(f"axes: expected {d} positive numbers, got {axes.tolist()}")
     grid = PointGrid(d, norm, axes, toroidal)
     grid.add(rng.random(d))

@@ -40,12 +40,11 @@ def _parser(program):
     make.add_argument("--samples", type=int, default=1, help="samples of a pixel (default %(default)s)")
     make.add_argument("--seed", type=int, default=0, help="default %(default)s")
     make.add_argument("--frames", type=int, help="frames of a looped animation (spectral only)")
-    make.add_argument(
-        "--progressive", action="store_const", const=True, help="the first few of several samples matter too (spectral)"
-    )
     make.add_argument("--steps", type=int, help="steps of the spectral optimiser")
     make.add_argument("--weights", type=_pairs(str), help="of subsets, such as t=2,t+light=0.5 (spectral only)")
     make.add_argument("--scales", type=_pairs(float), help="sigma=weight of the low-pass filters (spectral only)")
+    make.add_argument("--candidates", type=int, help="tried for each sample (scanning methods, film-positions)")
+    make.add_argument("--secondary", type=int, help="of the candidates, kept for the outer ring (scanning only)")
     make.add_argument("--out", required=True, help="file to write, .npz or .exr")
     make.set_defaults(run=_make)
 
@@ -117,7 +116,8 @@ def _pairs(key):
 
 
 def _make(options, progress):
-    given = {name: getattr(options, name) for name in ("frames", "progressive", "steps", "weights", "scales")}
+    names = ("frames", "steps", "weights", "scales", "candidates", "secondary")
+    given = {name: getattr(options, name) for name in names}
     parameters = {name: value for name, value in given.items() if value is not None}
     dims = options.dims.split(",")
     check_path(options.out)

@@ -8,6 +8,8 @@ farthest from the samples that surround it (the idea of section 4).
 
 import numpy as np
 
+from .tile import check_size
+
 CANDIDATES = 32
 
 
@@ -36,6 +38,7 @@ def film_positions(size, dims, samples, rng, candidates=CANDIDATES):
     ValueError
         If `dims` are others.
     """
+    candidates = check_size("candidates", candidates)
     if dims != ("film.x", "film.y"):
         raise ValueError(f"dims: expected film.x, film.y for film positions, got {', '.join(dims)}")
     values = np.full((size, size, samples, 2), np.inf)  # infinitely far: not yet there

@@ -17,6 +17,7 @@ import numpy as np
 
 from .dimensions import groups
 from .scanning import Scan, best, smallest_distance
+from .tile import check_size
 
 CANDIDATES = 1000
 """More than the 100 of a single group, because several sieves share them."""
@@ -45,6 +46,7 @@ def scan_jointly(size, dims, samples, rng, sieves, candidates=CANDIDATES, progre
     -------
     ndarray of float64, shape (size, size, samples, len(dims)), in [0, 1)
     """
+    candidates = check_size("candidates", candidates)
     kept = np.round(candidates ** (1 - np.arange(1, len(sieves) + 1) / len(sieves))).astype(int)
     scan = Scan(size, samples, len(dims))
     for cell in scan.cells(progress):
@@ -65,6 +67,6 @@ def joint_and_marginal_sieves(dims):
     return [(ring, part) for ring in (0, 1) for part in columns]
 
 
-def joint_scanning(size, dims, samples, rng, progress=None):
+def joint_scanning(size, dims, samples, rng, candidates=CANDIDATES, progress=None):
     """Return values that are good jointly and in each group; parameters and result as in `generator.scanning`."""
-    return scan_jointly(size, dims, samples, rng, joint_and_marginal_sieves(dims), progress=progress)
+    return scan_jointly(size, dims, samples, rng, joint_and_marginal_sieves(dims), candidates, progress)

@@ -48,20 +48,21 @@ def frame_views(frames):
     return np.concatenate(rows)
 
 
-def coupling(views, emphasis):
+def coupling(views):
     """Return the matrix A such that e.A e is the weighted sum of the squared views of the layers' errors e.
+
+    All views of m layers have together the weight m, which makes up for the variance of m independent samples. m^2, in
+    favour of all 16 samples of a pixel, was tried: at sigma = 1 they are 3 % better (geometric mean over the subsets),
+    their first one is 25 % worse.
 
     Parameters
     ----------
     views : ndarray, shape (views, n)
-    emphasis : float
-        All views of m layers have together the weight m**emphasis: 1 makes up for the variance of m independent
-        samples, more also for the better convergence of stratified ones.
 
     Returns
     -------
     ndarray of float64, shape (n, n)
     """
     counts = np.count_nonzero(views, axis=1)
-    weights = [count**emphasis / np.sum(counts == count) for count in counts]
+    weights = counts / np.sum(counts[:, None] == counts, axis=1)
     return np.einsum("v,vk,vl->kl", weights, views, views)

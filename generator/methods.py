@@ -1,5 +1,7 @@
 """The methods by their names, and the one door through which tiles are made."""
 
+from inspect import signature
+
 import numpy as np
 
 from .cook import cook_pixels
@@ -25,7 +27,10 @@ METHODS = {
 }
 """Name to function (size, dims, samples, rng) -> values of shape (size, size, samples, len(dims))."""
 
-_REPORTING = (spectral, scanning, joint_scanning)  # those that take long enough to have a progress argument
+
+def _parameters(function):
+    """Return the names of a method's own parameters, those after the four that all have."""
+    return list(signature(function).parameters)[4:]
 
 
 def make_tile(method, size, dims, seed, samples=1, progress=None, **parameters):
@@ -46,7 +51,7 @@ def make_tile(method, size, dims, seed, samples=1, progress=None, **parameters):
     progress : callable, optional
         Called as ``progress(done, total)`` by methods that take long.
     **parameters
-        Further arguments of the method; only `spectral` has some.
+        Further arguments of the method.
 
     Returns
     -------
@@ -63,10 +68,12 @@ def make_tile(method, size, dims, seed, samples=1, progress=None, **parameters):
     size = check_size("size", size)
     samples = check_size("samples", samples)
     seed = check_size("seed", seed, minimum=0)
-    if parameters and method != "spectral":
-        raise ValueError(f"{next(iter(parameters))}: expected only with the method spectral, got it with {method}")
     function = METHODS[method]
-    reporting = {"progress": progress} if function in _REPORTING else {}
+    accepted = _parameters(function)
+    for name in parameters:
+        if name not in accepted:
+            raise ValueError(f"{name}: expected only with other methods, got it with {method}")
+    reporting = {"progress": progress} if "progress" in accepted else {}
     values = function(size, dims, samples, np.random.default_rng(seed), **parameters, **reporting)
     metadata = {"method": method, "parameters": {"size": size, "samples": samples, **parameters}, "seed": seed}
     return Tile(dims, as_unit_float32(values), metadata)

@@ -2,6 +2,8 @@
 
 import numpy as np
 
+from .tile import check_size
+
 
 def n_rooks(count, d, rng):
     """Return `count` points whose projection on every axis is stratified.
@@ -18,7 +20,13 @@ def n_rooks(count, d, rng):
     -------
     ndarray of float64, shape (count, d), in [0, 1)
         Levels are associated by random permutations, jittered inside.
+
+    Raises
+    ------
+    ValueError
+        If `count` or `d` is not positive.
     """
+    count, d = check_size("count", count), check_size("d", d)
     levels = rng.permuted(np.tile(np.arange(count), (d, 1)), axis=1).T
     return (levels + rng.random((count, d))) / count
 

@@ -7,9 +7,6 @@ finds a member of this family that is near to arbitrary points: a node is flippe
 on average, above those of its upper half. An optimiser may then move the points freely, be judged by the nearest net,
 and turn whole branches over by moving points far enough.
 
-In these averages all samples count alike, or sample k by 1 / (k + 1): the first ones are seen alone in a progressive
-render, and do not get where they should be when those that share their half outvote them.
-
 As Cycles does, three numbers share one sequence, here (lens.u, lens.v, t) and (light.u, light.v, light.pick), the pair
 being the first two Sobol dimensions, a (0, 2)-sequence; the sets are decorrelated by shuffling the sample order within
 each pixel, in a nested way that keeps every prefix of a power of two.
@@ -82,8 +79,6 @@ class OwenNets:
     dims : tuple of str
     rng : numpy.random.Generator
         Draws the sample orders.
-    progressive : bool
-        Whether the first samples count more than the later ones.
 
     Raises
     ------
@@ -91,7 +86,7 @@ class OwenNets:
         If `samples` is not a power of two.
     """
 
-    def __init__(self, pixels, samples, dims, rng, progressive=False):
+    def __init__(self, pixels, samples, dims, rng):
         self.bits = samples.bit_length() - 1
         if samples != 2**self.bits:
             raise ValueError(f"samples: expected a power of two for Sobol points, got {samples}")
@@ -104,7 +99,6 @@ class OwenNets:
                 shuffles[sequence] = nested_shuffles(pixels, self.bits, rng)
             order[..., column] = np.argsort(cells[shuffles[sequence], axis], axis=1)
         self._sample_of_cell = order
-        self._weight = 1 / (1 + order) if progressive else np.ones(1)
         self._cell_of_sample = np.argsort(order, axis=1)
 
     def nearest(self, points):
@@ -125,7 +119,7 @@ class OwenNets:
         cell = np.zeros(points.shape, dtype=int)
         for level in range(self.bits):
             middle = cell / samples + 0.5 ** (level + 1)
-            halves = (self._weight * (in_order - middle)).reshape(pixels, 2**level, 2, -1, d).sum(axis=3)
+            halves = (in_order - middle).reshape(pixels, 2**level, 2, -1, d).sum(axis=3)
             flip = halves[:, :, 0] > halves[:, :, 1]
             bit = np.stack([flip, ~flip], axis=2).astype(int)
             cell |= np.repeat(bit.reshape(pixels, -1, d), samples >> level + 1, axis=1) << self.bits - level - 1

@@ -7,9 +7,13 @@ import numpy as np
 
 from .atomic_file import replacing
 from .dimensions import groups
-from .periodogram import mode_periodogram
+from .periodogram import error_periodogram
+from .step_test import error_images
+from .test_functions import draw
 
 _DPI = 110
+_STEPS = 64
+_BINS = 32
 
 
 def _figure(rows, columns, side=3.0):
@@ -31,42 +35,42 @@ def values_figure(tile):
 
 
 def spectra_figure(tile):
-    """Return, for each group and for all together, the error spectrum of long waves and its radial mean.
+    """Return, for each group and for all together, the spectrum that the step test filters.
 
-    Above, the spectrum averaged over 24 random modes of up to four half-periods; dark is little power. Below, its
-    radial mean (white noise is the line at 1) and the anisotropy.
+    Above, the power of the errors of `_STEPS` random steps, zero frequency in the middle; dark is little power. Below,
+    its radial mean (white noise is the line at 1) and its anisotropy.
     """
     subsets = dict(groups(tile.dims))
     if len(subsets) > 1:
         subsets["all"] = tuple(range(len(tile.dims)))
-    rng = np.random.default_rng(0)
-    figure, axes = _figure(2, len(subsets))
+    figure, axes = _figure(3, len(subsets))
     for column, (label, columns) in enumerate(subsets.items()):
-        values = tile.values[..., list(columns)]
-        modes = rng.integers(-4, 5, (24, len(columns)))
-        spectra = [mode_periodogram(values, mode) for mode in modes[np.abs(modes).any(axis=1)]]
-        image, curve = axes[:, column]
-        image.imshow(np.mean([s.power for s in spectra], axis=0), origin="lower", cmap="gray", vmin=0, vmax=2)
+        steps = draw("step", _STEPS, len(columns), np.random.default_rng(0))
+        errors = error_images(steps, tile.values[..., list(columns)])
+        spectrum = error_periodogram(errors / np.sqrt(steps.variance.mean() / tile.samples))
+        image, power, anisotropy = axes[:, column]
+        image.imshow(spectrum.power, origin="lower", cmap="gray", vmin=0, vmax=2)
         image.set(title=label, xticks=[], yticks=[])
-        radius = spectra[0].radius
-        curve.plot(radius, np.mean([s.radial_mean for s in spectra], axis=0), color="black")
-        curve.axhline(1, color="gray", linewidth=0.8)
-        curve.set(xlabel="cycles a tile", ylim=(0, None), ylabel="power, white noise = 1" if column == 0 else "")
-        decibel = curve.twinx()
-        decibel.plot(radius, np.mean([s.anisotropy for s in spectra], axis=0), color="tab:orange", linewidth=0.8)
-        decibel.set(ylim=(-20, 20))
-        decibel.set_ylabel("anisotropy, dB" if column == len(subsets) - 1 else "", color="tab:orange")
+        power.plot(spectrum.radius, spectrum.radial_mean, color="black")
+        power.axhline(1, color="gray", linewidth=0.8)
+        power.set(ylim=(0, 2))
+        anisotropy.plot(spectrum.radius, spectrum.anisotropy, color="black")
+        anisotropy.axhline(0, color="gray", linewidth=0.8)
+        anisotropy.set(ylim=(-25, 10), xlabel="cycles a tile")
+    axes[1, 0].set_ylabel("power, white noise = 1")
+    axes[2, 0].set_ylabel("anisotropy, dB")
     return figure
 
 
 def marginals_figure(tile):
-    """Return a matrix of scatter plots of all pairs of dimensions, with histograms on its diagonal."""
+    """Return a matrix of scatter plots of all pairs of dimensions, with histograms on its diagonal; first samples."""
     count = len(tile.dims)
     points = tile.values[:, :, 0].reshape(-1, count)
-    figure, axes = _figure(count, count, side=1.8)
+    figure, axes = _figure(count, count, side=max(1.8, 4 / count))
     for (row, column), axis in np.ndenumerate(axes):
         if row == column:
-            axis.hist(points[:, row], bins=64, range=(0, 1), color="black")
+            axis.hist(points[:, row], bins=_BINS, range=(0, 1), color="gray")
+            axis.set(ylim=(0, 2 * len(points) / _BINS))
         else:
             axis.plot(points[:, column], points[:, row], ",", color="black")
             axis.set(ylim=(0, 1))
@@ -74,7 +78,7 @@ def marginals_figure(tile):
         if row == count - 1:
             axis.set_xlabel(tile.dims[column])
         if column == 0:
-            axis.set_ylabel(tile.dims[row])
+            axis.set_ylabel(tile.dims[row] if count > 1 else "pixels")
     return figure
 
 
@@ -127,9 +131,9 @@ def save_figures(tile, stem):
         If a file cannot be written.
     """
     paths = []
-    for name, draw in FIGURES.items():
+    for name, figure in FIGURES.items():
         path = Path(f"{stem}-{name}.png")
         with replacing(path) as temporary:
-            draw(tile).savefig(temporary, dpi=_DPI)
+            figure(tile).savefig(temporary, dpi=_DPI)
         paths.append(path)
     return paths

@@ -84,7 +84,11 @@ def best(candidates, distance, keep):
     return candidates[np.argpartition(-distance, keep - 1)[:keep]]
 
 
-def scan_group(size, d, samples, rng, candidates=100, secondary=10, progress=None):
+CANDIDATES, SECONDARY = 100, 10
+"""The paper's numbers of primary and secondary candidates."""
+
+
+def scan_group(size, d, samples, rng, candidates=CANDIDATES, secondary=SECONDARY, progress=None):
     """Fill a tile for one group of parameters (sections 6 and 7).
 
     Parameters
@@ -104,7 +108,14 @@ def scan_group(size, d, samples, rng, candidates=100, secondary=10, progress=Non
     Returns
     -------
     ndarray of float64, shape (size, size, samples, d), in [0, 1)
+
+    Raises
+    ------
+    ValueError
+        If there are no candidates, or more secondary than primary ones.
     """
+    if not 1 <= secondary <= candidates:
+        raise ValueError(f"secondary: expected from 1 to {candidates} of the candidates, got {secondary!r}")
     scan = Scan(size, samples, d)
     for cell in scan.cells(progress):
         near, far = scan.neighbours(*cell)
@@ -114,10 +125,10 @@ def scan_group(size, d, samples, rng, candidates=100, secondary=10, progress=Non
     return scan.values
 
 
-def scanning(size, dims, samples, rng, progress=None):
+def scanning(size, dims, samples, rng, candidates=CANDIDATES, secondary=SECONDARY, progress=None):
     """Return values whose groups are scanned one by one: good marginal, random joint distributions.
 
-    Parameters and result are those of `generator.white.white`; `progress` is called as in `scan_group`.
+    Parameters and result are those of `generator.white.white`, and for each group those of `scan_group`.
     """
     values = np.empty((size, size, samples, len(dims)))
     parts = groups(dims).values()
@@ -126,5 +137,5 @@ def scanning(size, dims, samples, rng, progress=None):
         def report(done, total, index=index):
             progress(index * total + done, len(parts) * total)
 
-        values[..., columns] = scan_group(size, len(columns), samples, rng, progress=progress and report)
+        values[..., columns] = scan_group(size, len(columns), samples, rng, candidates, secondary, progress and report)
     return values

@@ -11,9 +11,28 @@ import numpy as np
 from .dimensions import marginal_subsets
 from .low_pass import filtered_power, gaussian_response
 from .test_functions import draw
+from .tile import check_size
 
 SIGMAS = (1.0, 2.0, 4.0)
 _BATCH = 64
+
+
+def error_images(functions, values):
+    """Return the error images of test functions.
+
+    Parameters
+    ----------
+    functions : generator.test_functions.TestFunctions
+    values : ndarray, shape (T, T, n, d)
+
+    Returns
+    -------
+    ndarray of float64, shape (count, T, T)
+        Mean over each pixel's samples, minus the expectation.
+    """
+    size, _, samples, d = values.shape
+    images = functions.evaluate(np.asarray(values, dtype=np.float64).reshape(-1, d))
+    return images.reshape(-1, size, size, samples).mean(axis=3) - functions.mean[:, None, None]
 
 
 def relative_error(values, sigmas=SIGMAS, functions=400, seed=0, kind="step"):
@@ -40,23 +59,20 @@ def relative_error(values, sigmas=SIGMAS, functions=400, seed=0, kind="step"):
     Raises
     ------
     ValueError
-        If `functions` is not positive, a sigma is not a number from 0 up, or `kind` is unknown.
+        If `functions` is not positive, `seed` is negative, a sigma is not a number from 0 up, or `kind` is unknown.
     """
-    if functions < 1:
-        raise ValueError(f"functions: expected a positive number, got {functions}")
+    functions = check_size("functions", functions)
     for sigma in sigmas:
         if not 0 <= sigma < np.inf:
             raise ValueError(f"sigmas: expected numbers that are not negative, got {sigma!r}")
     size, _, samples, d = values.shape
-    rng = np.random.default_rng(seed)
-    points = np.asarray(values, dtype=np.float64).reshape(-1, d)
+    rng = np.random.default_rng(check_size("seed", seed, minimum=0))
     responses = [gaussian_response(size, sigma) for sigma in sigmas]
     power = np.zeros(len(responses))
     white = np.zeros(len(responses))
     for start in range(0, functions, _BATCH):
         family = draw(kind, min(_BATCH, functions - start), d, rng)
-        images = family.evaluate(points).reshape(-1, size, size, samples).mean(axis=3)
-        images -= family.mean[:, None, None]
+        images = error_images(family, values)
         for index, response in enumerate(responses):
             power[index] += filtered_power(images, response).sum()
             white[index] += family.variance.sum() / samples * np.mean(response**2)

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from . import exr
-from .atomic_file import replacing
+from .atomic_file import check_writable, replacing
 from .tile import FORMAT_VERSION, Tile
 
 IMPORTED = {"method": "imported"}
@@ -22,12 +22,11 @@ def check_path(path):
     ------
     ValueError
         If the name does not end in ``.npz`` or ``.exr``.
-    FileNotFoundError
-        If there is no such folder.
+    OSError
+        If there is no such folder, or the path is a folder itself.
     """
     path = _with_known_suffix(path)
-    if not path.parent.is_dir():
-        raise FileNotFoundError(f"{path}: no such folder")
+    check_writable(path)
     return path
 
 
@@ -69,14 +68,14 @@ def _read_npz(path):
         raise ValueError(f"{path}: expected a tile, got a truncated file or one that is no .npz archive")
     try:
         with np.load(path, allow_pickle=False) as archive:
-            missing = {"values", "dims"} - set(archive.files)
-            if missing:
-                raise ValueError(f"{path}: expected a tile, got an archive without {', '.join(sorted(missing))}")
-            dims = tuple(str(name) for name in np.atleast_1d(archive["dims"]))
-            metadata = str(archive["metadata"]) if "metadata" in archive else json.dumps(IMPORTED)
-            return dims, archive["values"], metadata
-    except (zipfile.BadZipFile, zlib.error, EOFError) as error:
+            arrays = {name: archive[name] for name in ("values", "dims", "metadata") if name in archive}
+    except (ValueError, zipfile.BadZipFile, zlib.error, EOFError) as error:
         raise ValueError(f"{path}: expected a tile, got a damaged file ({error})") from error
+    missing = {"values", "dims"} - set(arrays)
+    if missing:
+        raise ValueError(f"{path}: expected a tile, got an archive without {', '.join(sorted(missing))}")
+    dims = tuple(str(name) for name in np.atleast_1d(arrays["dims"]))
+    return dims, arrays["values"], str(arrays.get("metadata", json.dumps(IMPORTED)))
 
 
 def load_tile(path):

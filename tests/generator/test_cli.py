@@ -2,7 +2,6 @@
 
 import _thread
 import signal
-import threading
 
 import numpy as np
 import pytest
@@ -51,8 +50,12 @@ def test_info_and_test_print_what_the_tile_holds(tmp_path, capsys):
         ["make", "--method", "white", "--out", "missing/a.npz"],
         ["make", "--method", "cook", "--samples", "5", "--out", "a.npz"],
         ["make", "--method", "film-positions", "--out", "a.npz"],
-        ["make", "--progressive", "--out", "a.npz"],
         ["make", "--steps", "0", "--out", "a.npz"],
+        ["make", "--candidates", "5", "--out", "a.npz"],
+        ["make", "--method", "scanning", "--candidates", "5", "--out", "a.npz"],
+        ["make", "--method", "joint-scanning", "--candidates", "0", "--out", "a.npz"],
+        ["make", "--method", "joint-scanning", "--secondary", "5", "--out", "a.npz"],
+        ["make", "--method", "film-positions", "--dims", "film.x,film.y", "--candidates", "0", "--out", "a.npz"],
         ["make", "--frames", "0", "--out", "a.npz"],
         ["make", "--dims", "", "--out", "a.npz"],
         ["make", "--dims", "t,t", "--out", "a.npz"],
@@ -85,6 +88,7 @@ BAD_FILES = {
     "text.npz": lambda path: path.write_text("hello"),
     "truncated.npz": truncated,
     "truncated.exr": truncated,
+    "object.npz": lambda path: npz(path, values=np.array([{}])),
     "nan.npz": lambda path: npz(path, values=np.full((4, 4, 1, 1), np.nan)),
     "one.npz": lambda path: npz(path, values=np.ones((4, 4, 1, 1))),
     "oblong.npz": lambda path: npz(path, values=np.zeros((4, 5, 1, 1))),
@@ -105,8 +109,8 @@ def test_a_bad_file_is_one_line_that_names_it(name, tmp_path, capsys):
 
 @pytest.mark.parametrize(
     "options",
-    [["--functions", "0"], ["--kind", "ramp"], ["--sigmas", "-1"], ["--sigmas", "a"], ["--layers", "0"],
-     ["--layers", "1,9"], ["--dims", "t"]],
+    [["--functions", "0"], ["--seed", "-1"], ["--kind", "ramp"], ["--sigmas", "-1"], ["--sigmas", "a"],
+     ["--layers", "0"], ["--layers", "1,9"], ["--dims", "t"]],
 )  # fmt: skip
 def test_bad_options_of_a_test_are_one_line(options, tmp_path, capsys):
     np.save(tmp_path / "a.npy", np.zeros((4, 4, 5)))
@@ -142,13 +146,20 @@ def test_an_interrupt_says_what_was_reached_and_leaves_no_file(tmp_path, monkeyp
     assert not list(tmp_path.iterdir())
 
 
-def test_a_long_run_can_be_interrupted(tmp_path, capsys):
+def test_a_long_run_can_be_interrupted(tmp_path, monkeypatch, capsys):
     """What Ctrl-C does, in the middle of the optimiser."""
+
+    class Interrupting(cli.ProgressBar):
+        def __call__(self, done, total):
+            super().__call__(done, total)
+            if done == 3:
+                _thread.interrupt_main()
+
+    monkeypatch.setattr(cli, "ProgressBar", Interrupting)
     # A shell's background job ignores interrupts, and so would the optimiser.
     before = signal.signal(signal.SIGINT, signal.default_int_handler)
     try:
-        threading.Timer(0.5, _thread.interrupt_main).start()
-        assert cli.main(["make", "--steps", "1000000", "--out", str(tmp_path / "a.npz")]) == 130
+        assert cli.main(["make", "--size", "8", "--steps", "1000000", "--out", str(tmp_path / "a.npz")]) == 130
     finally:
         signal.signal(signal.SIGINT, before)
     assert "of 1000000 steps) after" in capsys.readouterr().err

@@ -11,7 +11,7 @@ from generator.film_positions import film_positions
 from generator.jittered import jittered_grid
 from generator.joint_scanning import scan_jointly
 from generator.n_rooks import n_rooks
-from generator.scanning import neighbour_offsets, smallest_distance
+from generator.scanning import neighbour_offsets, scan_group, smallest_distance
 from generator.step_test import relative_error
 
 
@@ -125,6 +125,8 @@ def test_a_diamond_leaves_more_room_along_the_axes(rng):
     assert difference[np.arange(300), nearest].sum(axis=1).mean() * np.sqrt(300) > 0.85
     with pytest.raises(ValueError, match="norm"):
         best_candidates(4, 2, rng, norm=0.5)
+    with pytest.raises(ValueError, match="norm"):
+        best_candidates(4, 2, rng, norm=np.nan)
     with pytest.raises(ValueError, match="axes"):
         best_candidates(4, 2, rng, axes=(1, 0))
 
@@ -159,6 +161,13 @@ def test_figure_7_has_8_primary_and_16_secondary_cells():
     assert np.abs(primary).max() == 1 and np.all(np.abs(secondary).max(axis=1) == 2)
 
 
+def test_impossible_counts_are_refused(rng):
+    with pytest.raises(ValueError, match="secondary: expected from 1 to 5"):
+        scan_group(4, 1, 1, rng, candidates=5, secondary=6)
+    with pytest.raises(ValueError, match="count"):
+        n_rooks(0, 2, rng)
+
+
 def test_scanning_distances_wrap_around():
     """Section 6: "so the pattern can be used periodically from frame to frame"."""
     assert np.allclose(smallest_distance(np.array([[0.05]]), np.array([[0.9], [0.5]])), 0.15)
@@ -169,6 +178,11 @@ def test_scanning_reproduces_the_papers_spectra():
     tile = make_tile("scanning", 32, ("t", "lens.u", "lens.v"), seed=1)
     assert relative_error(tile.columns("t"), (1.0,))[0] < 0.3
     assert relative_error(tile.columns("lens.u", "lens.v"), (1.0,))[0] < 0.5
+
+
+def test_more_candidates_scan_better():
+    few, many = (make_tile("scanning", 16, ("t",), 1, candidates=m, secondary=m // 2).values for m in (2, 60))
+    assert relative_error(many, (1.0,))[0] < 0.6 * relative_error(few, (1.0,))[0]
 
 
 def test_scanned_tiles_join_seamlessly():

@@ -5,7 +5,7 @@ import pytest
 
 from generator import make_tile
 from generator.equal_strata import stratify_line, stratify_square
-from generator.layer_views import frame_views, prefix_views
+from generator.layer_views import coupling, frame_views, prefix_views
 from generator.owen_nets import OwenNets, nested_shuffles, sobol_cells
 from generator.plane_waves import draw_waves
 from generator.spectral import SCALES
@@ -13,15 +13,23 @@ from generator.step_test import relative_error, step_test
 from generator.visible_error import filtered_gradient, passbands
 
 
-def power(points, waves, terms):
+def power(points, waves, passed):
     """The energy whose gradient is asked for, in double precision and without tricks."""
     errors = np.exp(1j * np.einsum("wd,npd->wnp", waves.frequencies, points[..., list(waves.columns)]))
     errors -= waves.mean[:, None, None]
-    spectra = np.fft.fft2(errors.reshape(*errors.shape[:2], *terms[0][1].shape))
-    return sum(
-        np.einsum("w,kl,wkyx,wlyx,yx->", waves.weight, matrix, spectra.conj(), spectra, band).real
-        for matrix, band in terms
-    )
+    errors = errors.reshape(*errors.shape[:2], *passed.band.shape)
+    spectra = np.fft.fft2(np.einsum("rn,wnyx->wryx", passed.mixtures, errors))
+    result = np.einsum("w,wryx,yx->", waves.weight, np.abs(spectra) ** 2, passed.band) / passed.band.size
+    if passed.unfiltered is not None:
+        result += np.einsum("w,kl,wkyx,wlyx->", waves.weight, passed.unfiltered, errors.conj(), errors).real
+    return result
+
+
+def test_mixtures_have_the_power_of_the_views():
+    for views, count in ((prefix_views(16), 5), (frame_views(8), 8)):
+        mixtures = passbands(8, views, SCALES).mixtures
+        assert len(mixtures) == count
+        assert np.allclose(mixtures.T @ mixtures, coupling(views), atol=1e-5)
 
 
 @pytest.mark.parametrize("views", [prefix_views(1), prefix_views(2), frame_views(4)])
@@ -30,13 +38,13 @@ def test_gradient_is_that_of_the_power(views):
     layers = views.shape[1]
     points = rng.random((layers, 64, 3)).astype(np.float32)
     waves = draw_waves((0, 2), 5, rng)
-    terms = passbands(8, views, SCALES, emphasis=1.2)
-    gradient = filtered_gradient(points, waves, terms)
+    passed = passbands(8, views, SCALES)
+    gradient = filtered_gradient(points, waves, passed)
     differences = np.empty(gradient.shape)
     for layer, point, column in np.ndindex(differences.shape):
         step = np.zeros(points.shape)
         step[layer, point, waves.columns[column]] = 1e-4
-        above, below = power(points + step, waves, terms), power(points - step, waves, terms)
+        above, below = power(points + step, waves, passed), power(points - step, waves, passed)
         differences[layer, point, column] = (above - below) / 2e-4
     ratio = (differences * gradient).sum() / (gradient**2).sum()
     assert ratio > 0
@@ -154,14 +162,6 @@ def test_pixel_means_are_blue_after_every_power_of_two(samples_tile):
             ours = relative_error(samples_tile.values[:, :, :prefix, columns], (0.0, 1.0, 2.0))
             assert ours[2] < 0.8 * ours[0], (prefix, columns)
     assert relative_error(samples_tile.values, (1.0,))[0] < 0.7 * relative_error(independent.values, (1.0,))[0]
-
-
-def test_a_progressive_tile_begins_better(samples_tile):
-    progressive = make_tile("spectral", 16, samples_tile.dims, seed=2, samples=4, steps=100, progressive=True)
-    first, other = (relative_error(tile.values[:, :, :1], (1.0,))[0] for tile in (progressive, samples_tile))
-    assert first < 0.9 * other
-    strata = np.sort((progressive.values[:, :, :2] * 2).astype(int), axis=2)
-    assert np.all(strata == np.arange(2)[:, None])
 
 
 def test_frames_are_blue_alone_and_converge_together():
