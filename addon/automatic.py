@@ -3,6 +3,7 @@
 
 import concurrent.futures
 import functools
+import os
 
 import numpy as np
 
@@ -12,8 +13,8 @@ from .failure import Cancelled
 from .plan import LARGE, Plan, memory
 
 # Blocks of the sequence are arranged within windows of this many pixels a side, a multiple of `ALIGNMENT`.  Windows
-# that are worked at take 200 to 300 bytes a pixel, so only one in `_SPREAD` is at a time.
-_WINDOW, _SPREAD = 384, 7
+# that are worked at take some 200 bytes a pixel, so at most one in `_SPREAD` is at a time.
+_WINDOW, _SPREAD = 256, 12
 
 # Modes of the error that are weighed, and samples that tell which these are.
 _MODES, _TRIAL = 24, 4096
@@ -145,18 +146,18 @@ def _arrange(chosen, region, samples, sequence, first_seed, frames, is_cancelled
             if is_cancelled():
                 raise Cancelled
             ranks = cycles_random.pixel_ranks(x, y, plan.seed)
-            here = modes.features(weighed, numbers(weighed, ranks, samples, sequence))
-            is_last = plan is plans[-1]
-            if not is_last:
-                here = list(here)
-            order = arrange(here, len(weighed), ranks, inside, before)
+            drawn = numbers(weighed, ranks, samples, sequence)
+            order = arrange(modes.features(weighed, drawn), len(weighed), ranks, inside, before)
             plan.film[place.ravel()[order[inside]]] = place[inside]
-            if not is_last:
-                seen = [np.float32(WEIGHT) * feature.ravel()[order] for feature in here]
-                before = seen if before is None else [a + b for a, b in zip(before, seen, strict=True)]
+            if plan is not plans[-1]:
+                if before is None:
+                    before = np.zeros((len(weighed), *ranks.shape), np.float32)
+                for seen, feature in zip(before, modes.features(weighed, drawn), strict=True):
+                    seen += np.float32(WEIGHT) * feature.ravel()[order]
 
     windows = region.windows(_WINDOW)
-    with concurrent.futures.ThreadPoolExecutor(max(1, len(windows) // _SPREAD)) as threads:
+    at_once = min(os.process_cpu_count(), len(windows) // _SPREAD)
+    with concurrent.futures.ThreadPoolExecutor(max(1, at_once)) as threads:
         list(threads.map(fill, windows))
     return plans
 
@@ -209,4 +210,4 @@ def numbers(chosen, ranks, samples, sequence, first=0):
 def _aligned(part, start):
     """Absolute coordinates of a part of the region that starts at `start`, out to the next multiples of `ALIGNMENT`."""
     first, last = part.start + start, part.stop + start
-    return np.arange(first - first % ALIGNMENT, last + -last % ALIGNMENT)
+    return np.arange(first - first % ALIGNMENT, last + -last % ALIGNMENT, dtype=np.int32)

@@ -35,6 +35,9 @@ _WEIGHTS = np.outer(_NEARNESS, _NEARNESS)
 _WEIGHTS[_NEIGHBOURS, _NEIGHBOURS] = 0.0
 _WEIGHTS /= _WEIGHTS.sum()
 
+# Rows of pixels that are worked at together, at most, a multiple of the block's: each takes some 100 bytes a pixel.
+_ROWS = 256
+
 # What differs from the mean over so many pixels to each side is noise.
 _REACH = 3
 
@@ -104,7 +107,7 @@ def without_noise(planes, numbers, chosen):
     """
     height = planes.shape[1]
     result = np.empty_like(planes)
-    part = _BLOCK * max(1, -(-height // (_BLOCK * (os.cpu_count() or 1))))
+    part = min(_ROWS, _BLOCK * max(1, -(-height // (_BLOCK * (os.process_cpu_count() or 1)))))
     # Blocks that are listened to, and the pixels around these.
     margin = (_NEIGHBOURS + 1) * _BLOCK
 
@@ -115,7 +118,7 @@ def without_noise(planes, numbers, chosen):
             if top <= own.start < top + part:
                 result[:, own] = planes[:, own] - explained
 
-    with concurrent.futures.ThreadPoolExecutor() as threads:
+    with concurrent.futures.ThreadPoolExecutor(os.process_cpu_count()) as threads:
         list(threads.map(clean, range(0, height, part)))
     return result
 

@@ -96,19 +96,10 @@ def denoise(scene, layer, region, passes):
 
 def _denoise(scene, layer, region, color, normal, albedo):
     oiio = openimageio.load()
-    width, height = region.size
-    pixels = np.concatenate([color, normal, albedo, np.zeros((len(color), 4), np.float32)], axis=1)
     with tempfile.TemporaryDirectory(prefix="spectral_tiles_", dir=bpy.app.tempdir) as folder:
         path = os.path.join(folder, "denoise.exr")
-        spec = oiio.ImageSpec(width, height, len(_CHANNELS), "float")
-        spec.channelnames = _CHANNELS
-        spec.attribute("compression", "none")
-        spec.attribute("cycles.Image.samples", "1")
-        # Rows stay bottom up, as Cycles' own denoising sees them: the denoiser is not quite symmetric.
-        output = oiio.ImageOutput.create(path)
-        written = output.open(path, spec) and output.write_image(pixels.reshape(height, width, -1)) and output.close()
-        if not written:
-            raise Refused(f"Cannot denoise: {path} cannot be written: {output.geterror()}")
+        # Written by a function of its own: the copy of all channels is gone while the denoiser takes its memory.
+        _write(path, region, np.concatenate([color, normal, albedo, np.zeros((len(color), 4), np.float32)], axis=1))
         try:
             _cycles.denoise(
                 bpy.context.preferences.as_pointer(),
@@ -122,3 +113,17 @@ def _denoise(scene, layer, region, color, normal, albedo):
         image = oiio.ImageBuf(path)
         red, green, blue = (image.spec().channelindex(name) for name in _CHANNELS[:3])
         return image.get_pixels(oiio.FLOAT)[..., [red, green, blue]].reshape(-1, 3)
+
+
+def _write(path, region, pixels):
+    oiio = openimageio.load()
+    width, height = region.size
+    spec = oiio.ImageSpec(width, height, len(_CHANNELS), "float")
+    spec.channelnames = _CHANNELS
+    spec.attribute("compression", "none")
+    spec.attribute("cycles.Image.samples", "1")
+    # Rows stay bottom up, as Cycles' own denoising sees them: the denoiser is not quite symmetric.
+    output = oiio.ImageOutput.create(path)
+    written = output.open(path, spec) and output.write_image(pixels.reshape(height, width, -1)) and output.close()
+    if not written:
+        raise Refused(f"Cannot denoise: {path} cannot be written: {output.geterror()}")

@@ -1,7 +1,11 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Passes of a render result: read what Cycles wrote, put every pixel where it belongs, write it back."""
 
+import itertools
+
 import numpy as np
+
+from .region import bands
 
 # Passes that Cycles writes for the first sample of its sequence only (kernel/film/data_passes.h).
 FIRST_SAMPLE_PASSES = {"Depth", "Position", "Object Index", "Material Index"}
@@ -29,12 +33,14 @@ def read_passes(engine, layer_name):
 
 def write_passes(engine, region, layer_name, passes):
     """Replace passes of one view layer of the engine's result by those of `read_passes`' form."""
-    for view in list(engine.get_result().views.keys()):
-        result = engine.begin_result(0, 0, *region.size, layer=layer_name, view=view)
+    width, height = region.size
+    # Blender holds a copy of what is being written.
+    for view, band in itertools.product(engine.get_result().views.keys(), bands(height)):
+        result = engine.begin_result(0, band.start, width, band.stop - band.start, layer=layer_name, view=view)
         for render_pass in result.layers[0].passes:
             pixels = passes.get((render_pass.name, view))
             if pixels is not None:
-                render_pass.rect.foreach_set(pixels.ravel())
+                render_pass.rect.foreach_set(pixels[band.start * width : band.stop * width].ravel())
         engine.end_result(result)
 
 

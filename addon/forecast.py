@@ -12,7 +12,7 @@ from .plan import LARGE, memory
 from .region import Region
 
 # Bytes a pixel that a render takes beyond Cycles' own, without further passes (`python -m bench times`).
-_BYTES = 110
+_BYTES = 80
 
 # Properties of a perspective camera that Cycles' own motion blur follows, but that of a custom camera does not.
 _OF_VIEW = {"lens", "angle", "angle_x", "angle_y", "sensor_width", "sensor_height"}

@@ -35,7 +35,7 @@ from .analysis import scene_use
 from .failure import Refused
 from .plan import Plan
 from .reconstruction import Filter, Reconstruction, positions
-from .region import Region
+from .region import Region, bands
 
 # Cycles' Depth where nothing was hit (kernel/film, pass accessor).
 _NO_DEPTH = 1e10
@@ -132,14 +132,6 @@ def _check_subset(scene, layer):
         )
 
 
-def _check_size(scene, layer):
-    if max(Region.of_render(scene.render).size) > LARGEST:
-        raise Refused(
-            f"A picture of more than {LARGEST} pixels a side cannot be rendered with Spectral Tiles at once; "
-            "lower the resolution, or render it in parts (Render Region, Crop to Render Region)"
-        )
-
-
 def _check_culling(scene, layer):
     if scene.render.use_simplify and (scene.cycles.use_camera_cull or scene.cycles.use_distance_cull):
         raise Refused(
@@ -154,7 +146,6 @@ CHECKS = (
     _check_device,
     _check_camera,
     _check_passes,
-    _check_size,
     _check_subset,
     _check_culling,
     library.check,
@@ -304,13 +295,20 @@ def finish(engine, job, passes):
 def _rendered(engine, depsgraph, job):
     """One Cycles render: its passes with the pixels in order."""
     cycles.render(engine, depsgraph)
+    if max(job.region.size) > LARGEST:
+        cycles.render_frame_finish(engine)  # puts the tiles together
     passes = film.read_passes(engine, job.layer.name)
+    width, height = job.region.size
     for (name, view), depth in passes.items():
         if name == "Depth":
             # A custom camera's Depth is a distance from the camera; only positions tell the depth along its axis.
-            hit = depth[:, 0] < _NO_DEPTH
-            depth[hit, 0] = job.views[view].depth(passes["Position", view][hit])
-    return {key: film.scatter(pixels, job.plan.film) for key, pixels in passes.items()}
+            for band in bands(height):
+                part = slice(band.start * width, band.stop * width)
+                hit = depth[part, 0] < _NO_DEPTH
+                depth[part][hit, 0] = job.views[view].depth(passes["Position", view][part][hit])
+    for key in passes:
+        passes[key] = film.scatter(passes[key], job.plan.film)
+    return passes
 
 
 def _without_noise(job, passes, first, count):

@@ -17,13 +17,11 @@ import numpy as np
 
 from . import film, openimageio
 from .failure import Refused
+from .region import bands
 
 # In the header of a picture; a plan's digest bears the view layer's name.
 _PREFIX = "spectral_tiles."
 _PLAN = "plan."
-
-# Rows that are merged at a time.
-_BAND = 64
 
 # Passes of light that Cycles has divided by the mean colour of what it fell on.
 _DIVIDED = re.compile(r"(.*\.(?:Diffuse|Glossy|Transmission)) (?:Direct|Indirect)(\.[RGB])")
@@ -171,8 +169,7 @@ def merge(files, path):
     height, width = specs[0].height, specs[0].width
     merged = np.empty((height, width, len(names)), np.float32)
     weights = [layer.count / layers[0].samples for layer in layers]
-    for top in range(0, height, _BAND):
-        band = slice(top, min(top + _BAND, height))
+    for band in bands(height):
         merged[band] = _mean([layer.rows(band) for layer in layers], weights, names)
     _write(path, layers[0], merged)
     return layers[0].samples, exact

@@ -14,13 +14,13 @@ import numpy as np
 
 from . import cycles_random, film, openimageio
 from .failure import Refused
+from .region import bands
 
 # Plans, or groups of them, kept for the next frames and renders of this process: 4 to 16 bytes a pixel each.
 _REMEMBERED = 4
 
-
 # Seconds a pixel to make a plan, until this process has made one (`python -m bench times`, two cores).
-_PACE = 1.2e-6
+_PACE = 0.6e-6
 
 # A region of more pixels than this has samples enough to be moved about for every seed and frame: its plan is made
 # once.  A smaller one is soon made, and would show the same few samples again and again.
@@ -58,10 +58,14 @@ class Plan:
 
     def moved(self, right, up):
         """The same plan on a film that is shifted by whole pixels, around the region's edges."""
-        height = self.film.size // self.width
         row, column = np.divmod(self.film, np.int32(self.width))
-        film = (row + np.int32(up)) % np.int32(height) * np.int32(self.width) + (column + np.int32(right)) % self.width
-        return replace(self, film=film.astype(np.int32))
+        row += np.int32(up)
+        row %= np.int32(self.film.size // self.width)
+        column += np.int32(right)
+        column %= np.int32(self.width)
+        row *= np.int32(self.width)
+        row += column
+        return replace(self, film=row)
 
     def at_film(self, region):
         """What Cycles draws at each film pixel.
@@ -79,10 +83,12 @@ class Plan:
         """
         x, y = (np.arange(size) + corner for size, corner in zip(region.size, region.corner, strict=True))
         shape = len(y), len(x)
-        ranks = cycles_random.pixel_ranks(x[None, :], y[:, None], self.seed)
+        ranks = np.empty(self.film.size, np.uint32)
+        for band in bands(len(y)):
+            served = self.film[band.start * self.width : band.stop * self.width]
+            ranks[served] = cycles_random.pixel_ranks(x[None, :], y[band, None], self.seed).ravel()
         shifts = {} if self.lens_shift is None else dict(zip(("lens.u", "lens.v"), self.lens_shift.T, strict=True))
         moved = {name: film.scatter((256.0 * shift).astype(np.uint8), self.film) for name, shift in shifts.items()}
-        ranks = film.scatter(ranks.ravel(), self.film)
         return ranks.reshape(shape), {name: shift.reshape(shape) for name, shift in moved.items()}
 
     def write(self, path):
@@ -93,14 +99,15 @@ class Plan:
         Refused
             The folder is not writable, the disk is full.
         """
-        image = np.zeros((self.film.size // self.width, self.width, 4), np.uint16)
-        row, column = np.divmod(self.film, np.int32(self.width))
-        image[..., 0] = column.reshape(image.shape[:2])
-        image[..., 1] = row.reshape(image.shape[:2])
-        if self.lens_shift is not None:
+
+        def entries(pixels):
+            row, column = np.divmod(self.film[pixels], np.int32(self.width))
+            if self.lens_shift is None:
+                return np.column_stack([column, row, np.zeros((row.size, 2), np.int32)])
             # A shift by 1 may come out as 65535 / 65535; modulo 1 that is the same as none.
-            image[..., 2:] = np.rint(65535.0 * self.lens_shift).reshape(*image.shape[:2], 2)
-        _write_image(path, image)
+            return np.column_stack([column, row, np.rint(65535.0 * self.lens_shift[pixels])])
+
+        self._write(path, 4, entries)
 
     def write_positions(self, path, positions, taken):
         """Write an image of where in its film pixel each render pixel's sample lies, and whether it is taken.
@@ -118,21 +125,29 @@ class Plan:
         Refused
             The folder is not writable, the disk is full.
         """
-        image = np.zeros((self.film.size, 3), np.uint16)
-        image[:, 2] = taken.ravel()[self.film] * np.uint16(32768 if positions is None else 65535)
-        if positions is not None:
-            image[:, :2] = positions.reshape(2, -1).T[self.film]
-        _write_image(path, image.reshape(-1, self.width, 3))
+        chosen = np.uint16(32768 if positions is None else 65535)
 
+        def entries(pixels):
+            film = self.film[pixels]
+            where = np.zeros((2, film.size)) if positions is None else positions.reshape(2, -1)[:, film]
+            return np.column_stack([*where, taken.ravel()[film] * chosen])
 
-def _write_image(path, pixels):
-    height, width, channels = pixels.shape
-    oiio = openimageio.load()
-    spec = oiio.ImageSpec(width, height, channels, "uint16")
-    spec.attribute("compression", "none")
-    output = oiio.ImageOutput.create(path)
-    if not (output and output.open(path, spec) and output.write_image(pixels) and output.close()):
-        raise Refused(f"Cannot write the sample plan to {path}: {output.geterror() if output else oiio.geterror()}")
+        self._write(path, 3, entries)
+
+    def _write(self, path, channels, entries):
+        """Write an image band by band; `entries` of a slice of pixels are (pixels, channels)."""
+        height = self.film.size // self.width
+        oiio = openimageio.load()
+        spec = oiio.ImageSpec(self.width, height, channels, "uint16")
+        spec.attribute("compression", "none")
+        output = oiio.ImageOutput.create(path)
+        written = bool(output) and output.open(path, spec)
+        for band in bands(height):
+            part = entries(slice(band.start * self.width, band.stop * self.width)).astype(np.uint16)
+            part = part.reshape(-1, self.width, channels)
+            written = written and output.write_scanlines(band.start, band.stop, 0, part)
+        if not (written and output.close()):
+            raise Refused(f"Cannot write the sample plan to {path}: {output.geterror() if output else oiio.geterror()}")
 
 
 class Memory:

@@ -6,6 +6,14 @@ from typing import NamedTuple
 
 import numpy as np
 
+# Rows of a picture that are worked at together where all of them would take much memory.
+_BAND = 64
+
+
+def bands(height):
+    """Rows of a picture in bands of a few, as slices."""
+    return [slice(first, min(first + _BAND, height)) for first in range(0, height, _BAND)]
+
 
 class Region(NamedTuple):
     """Pixels of a render, absolute in the full frame, counted from its lower left corner.

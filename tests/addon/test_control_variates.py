@@ -1,6 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """What the random numbers explain is taken out of a picture, and nothing else."""
 
+import os
+import tracemalloc
+
 import bpy
 import numpy as np
 import pytest
@@ -128,3 +131,19 @@ def test_renders_are_closer_to_the_truth(tmp_path):
         pictures = rendering.stack(tmp_path, "SPECTRAL_TILES", range(4))
         errors[switched_on] = ((pictures - truth) ** 2).mean()
     assert errors[True] < 0.5 * errors[False]
+
+
+def test_large_pictures_are_worked_at_in_parts(chosen, monkeypatch):
+    """What two processors work at takes little beside the result's 4 bytes a pixel and plane."""
+    monkeypatch.setattr(os, "process_cpu_count", lambda: 2)
+    picture = np.ones((2, 4096, 64), np.float32)
+    names = ("t", "light.u", "light.v", "light.pick")
+
+    def numbers(rows):
+        return dict.fromkeys(names, np.zeros((1, rows.stop - rows.start, 64), np.uint8))
+
+    tracemalloc.start()
+    control_variates.without_noise(picture, numbers, chosen)
+    _, peak = tracemalloc.get_traced_memory()
+    tracemalloc.stop()
+    assert peak <= 2 * picture.nbytes

@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Plans are permutations, keep Cycles' blocks together, and lower the visible error."""
 
+import tracemalloc
+
 import numpy as np
 import pytest
 
@@ -168,6 +170,19 @@ def test_the_last_plan_tells_how_it_missed_its_tile():
     assert plan.memory.latest().miss.startswith("t 0.0")
     automatic.make(MOTION, region(64, 64), 1, seed=1)
     assert plan.memory.latest().miss == ""
+
+
+@pytest.mark.parametrize(("frame", "at_most"), [(None, 24), (1, 56)], ids=["still", "four frames"])
+def test_a_plan_takes_few_bytes_a_pixel(tmp_path, frame, at_most):
+    """Made, moved and written; a plan that stays takes 4, each of a group of frames."""
+    plan.memory.clear()
+    planned = region(1024, 768)
+    automatic.make(MOTION, region(64, 64), 1, seed=1).write(str(tmp_path / "plan.tif"))
+    tracemalloc.start()
+    automatic.make(MOTION, planned, 1, seed=1, frame=frame).write(str(tmp_path / "plan.tif"))
+    _, peak = tracemalloc.get_traced_memory()
+    tracemalloc.stop()
+    assert peak / planned.pixels <= at_most
 
 
 def test_windows_cover_the_region_once():
