@@ -9,7 +9,8 @@ import numpy as np
 
 from . import cycles_random, modes
 from .arrangement import ALIGNMENT, arrange
-from .plan import LARGE, Plan, memory
+from .failure import Cancelled
+from .plan import LARGE, MOST_PLANNED, Plan, memory
 
 # Blocks of the sequence are arranged within windows of this many pixels a side, a multiple of `ALIGNMENT`.  Windows
 # that are worked at take some 200 bytes a pixel, so at most one in `_SPREAD` is at a time.
@@ -20,7 +21,7 @@ _MODES, _TRIAL = 24, 4096
 
 # Frames of an animation are arranged in groups of this many that complement each other, each knowing those before it;
 # the weight is what the group's mean counts beside the frame's own picture.
-_GROUP, WEIGHT = 4, 0.5
+GROUP, WEIGHT = 4, 0.5
 
 
 # Dimensions that integrands depend on together.
@@ -86,11 +87,11 @@ def place_in_group(seed, frame):
         The group's number, the Cycles seed of its first frame, and how many frames of it come before this one; each
         frame's Cycles seed is one more than that before it.
     """
-    group, place = (0, 0) if frame is None else divmod(frame - 1, _GROUP)
-    return group, (seed + _GROUP * group) % (2**31 - _GROUP), place
+    group, place = (0, 0) if frame is None else divmod(frame - 1, GROUP)
+    return group, (seed + GROUP * group) % (2**31 - GROUP), place
 
 
-def make(use, region, samples, seed, frame=None):
+def make(use, region, samples, seed, frame=None, is_cancelled=lambda: False):
     """Plan for a frame; remembered, so that other frames and seeds of a large region cost nothing.
 
     Parameters
@@ -103,30 +104,37 @@ def make(use, region, samples, seed, frame=None):
         Another seed gives another, equally good plan.
     frame : int, optional
         Of an animation whose pattern changes from frame to frame.  The first one costs as much as all of its group.
+    is_cancelled : callable, optional
+        Whether the user wants it no more; asked from several threads.
 
     Returns
     -------
     plan.Plan
+
+    Raises
+    ------
+    Cancelled
     """
     chosen = tuple(shares(use))
     group, first_seed, place = place_in_group(seed, frame)
     is_large = region.pixels > LARGE
-    frames = 1 if frame is None else _GROUP
+    frames = 1 if frame is None else GROUP
     key = (chosen, region, samples, 0 if is_large else first_seed, frames)
-    plan = memory.get(key, lambda: _arrange(*key))[place]
+    plan = memory.get(key, lambda: _arrange(*key, is_cancelled))[place]
     if not is_large:
         return plan
     return plan.moved(*np.random.default_rng((seed, group % 2**32)).integers(0, region.size))
 
 
-def _arrange(chosen, region, samples, first_seed, frames):
+def _arrange(chosen, region, samples, first_seed, frames, is_cancelled):
     """Plans of that many frames with consecutive seeds, each complementing those before it."""
     width = region.size[0]
     films = np.tile(np.arange(region.pixels, dtype=np.int32), (frames, 1))
     plans = [Plan(first_seed + place, width, film) for place, film in enumerate(films)]
     if not chosen:
         return plans
-    weighed = error_modes(chosen, samples)
+    planned = min(samples, MOST_PLANNED)
+    weighed = error_modes(chosen, planned)
 
     def fill(window):
         y, x = (_aligned(part, start) for part, start in zip(window, region.corner[::-1], strict=True))
@@ -135,8 +143,10 @@ def _arrange(chosen, region, samples, first_seed, frames):
         place = (y - region.corner[1]) * width + (x - region.corner[0])
         before = None
         for plan in plans:
+            if is_cancelled():
+                raise Cancelled
             ranks = cycles_random.pixel_ranks(x, y, plan.seed)
-            drawn = numbers(weighed, ranks, samples, samples)
+            drawn = numbers(weighed, ranks, planned, samples)
             order = arrange(modes.features(weighed, drawn), len(weighed), ranks, inside, before)
             plan.film[place.ravel()[order[inside]]] = place[inside]
             if plan is not plans[-1]:

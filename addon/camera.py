@@ -113,15 +113,15 @@ def views(engine, scene):
     Refused
         A plan cannot drive one of the cameras.
     """
-    names = [view.name for view in scene.render.views if view.use] if scene.render.use_multiview else [""]
+    names = [view.name for view in scene.render.views if view.use and scene.render.use_multiview]
     found = {}
-    for name in names:
+    for name in names or [""]:
         engine.active_view_set(name)
         camera = engine.camera_override
         check(scene, camera)
         spherical = camera.data.type == "PANO" and camera.data.stereo.use_spherical_stereo
         matrix = engine.camera_model_matrix(camera, use_spherical_stereo=spherical)
-        found[name] = View(camera, np.array(matrix.inverted()), persistence.values(camera.data))
+        found[name] = View(camera, np.array(matrix.inverted_safe()), persistence.values(camera.data))
     return found
 
 
@@ -132,28 +132,30 @@ def written(views):
 
 
 @contextlib.contextmanager
-def dicing(engine, scene, views):
+def dicing(engine, scene, cameras):
     """Make Cycles dice adaptive subdivision by a camera as the user made it, for the time of a `with` block.
 
-    A custom camera does not tell it the size of a pixel (`Camera::world_to_raster_size` of Cycles).
+    A custom camera does not tell it the size of a pixel (`Camera::world_to_raster_size` of Cycles), that of a
+    sub-render tells another one.
 
     Parameters
     ----------
     engine : bpy.types.RenderEngine
     scene : bpy.types.Scene
         The evaluated scene.
-    views : dict of str to View
+    cameras : dict of bpy.types.Object to dict
+        The evaluated cameras that are written to, and the plain values of their data as the user set them.
     """
     chosen = scene.cycles.dicing_camera
-    replaced = [view for view in views.values() if chosen is None or chosen.data == view.camera.data]
+    replaced = [camera for camera in cameras if chosen is None or chosen.data == camera.data]
     if not replaced:
         yield
         return
     with bpy.data.temp_data() as made:
-        data = made.cameras.new(replaced[0].settings["name"])
-        persistence.put_back(data, replaced[0].settings)
+        data = made.cameras.new(cameras[replaced[0]]["name"])
+        persistence.put_back(data, cameras[replaced[0]])
         camera = made.objects.new("Dicing", data)
-        camera.matrix_world = (chosen or replaced[0].camera).matrix_world
+        camera.matrix_world = (chosen or replaced[0]).matrix_world
         scene.cycles.dicing_camera = camera
         try:
             yield

@@ -19,6 +19,9 @@ from .tile_plan import evenly_spread
 _DIFFERENT = 256
 _SIDES = (4, 8, 16)
 
+# Samples of a cell that are looked at; what more of them leave is not seen, and takes seconds to weigh.
+_WEIGHED = 256
+
 # Modes of the error that are weighed, and the change of it below which a swap is rounding.
 _MODES = 24
 _WORTHWHILE = 1e-5
@@ -52,6 +55,11 @@ class CellPlan:
         return len(self.offset)
 
 
+def side(samples):
+    """Period of the pattern that `arranged` makes for that many samples a pixel, in pixels."""
+    return next((side for side in _SIDES if side * side * samples >= _DIFFERENT), _SIDES[-1])
+
+
 def arranged(use, samples, seed, frame=None):
     """Plan in which neighbouring cells complement each other in what the frame uses.
 
@@ -69,22 +77,22 @@ def arranged(use, samples, seed, frame=None):
     -------
     CellPlan
     """
-    side = next((side for side in _SIDES if side * side * samples >= _DIFFERENT), _SIDES[-1])
-    count = shared_sequence.length(side * side * samples)
+    cells = side(samples) ** 2
+    count = shared_sequence.length(cells * samples)
     shares = automatic.shares(use)
     dims = sorted({name for groups, _ in shares for name in itertools.chain(*groups)})
     _, first_seed, place = automatic.place_in_group(seed, frame)
-    order, error_modes, before = np.arange(side * side), None, 0.0
+    order, error_modes, before = np.arange(cells), None, 0.0
     for cycles_seed in range(first_seed, first_seed + place + 1):
         if shares:
-            values = shared_sequence.values(dims, count, cycles_seed)[: side * side * samples]
-            values = (256.0 * values).astype(np.uint8).reshape(side * side, samples, len(dims))
+            values = shared_sequence.values(dims, count, cycles_seed)[: cells * samples]
+            values = (256.0 * values).astype(np.uint8).reshape(cells, samples, len(dims))[:, :_WEIGHED]
             numbers = {name: values[..., column].T for column, name in enumerate(dims)}
             error_modes = error_modes or modes.strongest(modes.variances(shares), numbers, _MODES)
             features = np.stack(list(modes.features(error_modes, numbers)), axis=-1)
-            order = _placed(features, side, before)
+            order = _placed(features, side(samples), before)
             before = before + automatic.WEIGHT * features[order]
-    return _plan(order.reshape(side, side), samples, cycles_seed, count)
+    return _plan(order.reshape(side(samples), -1), samples, cycles_seed, count)
 
 
 def following(tile, dims, samples, seed):

@@ -49,6 +49,9 @@ _OUTLIER = 4.0
 _DOUBT = 2.0
 _PROOF = 8.0
 
+# Brighter than this pixels are not told apart, so that no square overflows.
+_BRIGHTEST = np.float32(1e15)
+
 _TINY = np.float32(1e-20)
 
 
@@ -127,6 +130,7 @@ def _moved(rows, by):
 def _explained(planes, numbers, chosen):
     """For each row of blocks its rows of pixels, and the noise in them that the modes explain."""
     _, height, width = planes.shape
+    planes = np.clip(np.nan_to_num(planes), -_BRIGHTEST, _BRIGHTEST)
     noise = planes - _mean_around(planes)
     size = np.sqrt(_mean_around(np.square(noise)))
     rows = [slice(top, min(top + _BLOCK, height)) for top in range(0, height, _BLOCK)]

@@ -38,23 +38,18 @@ class SpectralTilesRender(bpy.types.RenderEngine):
         if self.native and not self.is_preview:
             gather.set_samples(depsgraph.scene_eval.cycles, depsgraph.scene.spectral_tiles.samples)
         elif not self.is_preview:
-            try:
-                if driver.is_subrender(depsgraph.scene_eval):
-                    self.job = subrender.prepare(self, data, depsgraph)
-                    return
-                self.job = gather.prepare(self, depsgraph)
-            except failure.Refused as refused:
-                failure.report(self, str(refused))
+            chosen = subrender if driver.is_subrender(depsgraph.scene_eval) else gather
+            self.job = failure.attempt(self, chosen.prepare, data, depsgraph)
+            if not isinstance(self.job, gather.Job):
                 return
         if not self.session:
             cycles.create(self, data, preview_osl=self.is_preview and bpy.context.scene.cycles.shading_system)
         cycles.reset(self, data, depsgraph)
 
     def render(self, depsgraph):
-        if isinstance(self.job, subrender.Job):
-            subrender.render(self, depsgraph, self.job)
-        elif self.job is not None:
-            gather.render(self, depsgraph, self.job)
+        if self.job is not None:
+            chosen = subrender if isinstance(self.job, subrender.Job) else gather
+            failure.attempt(self, chosen.render, depsgraph, self.job)
         elif self.is_preview or self.native:
             cycles.render(self, depsgraph)
 

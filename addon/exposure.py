@@ -18,6 +18,8 @@ def _drawn(numbers, density, first, last):
     edges = np.linspace(first, last, _STEPS + 1)
     weights = density(0.5 * (edges[1:] + edges[:-1]))
     total = np.concatenate(([0.0], np.cumsum(weights)))
+    # Where there is no weight at all, Cycles takes the last step.
+    total[-1] = total[-1] or 1.0
     return np.interp(numbers, total / total[-1], edges)
 
 

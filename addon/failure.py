@@ -3,12 +3,17 @@
 
 import atexit
 import os
+import traceback
 
 import bpy
 
 
 class Refused(Exception):
     """A render that this engine will not do; the message tells the user why, and the way out."""
+
+
+class Cancelled(Exception):
+    """The user pressed Esc."""
 
 
 def report(engine, message):
@@ -22,6 +27,26 @@ def report(engine, message):
     if bpy.app.background and not bpy.app.module:
         atexit.unregister(_fail)
         atexit.register(_fail)
+
+
+def attempt(engine, action, *arguments):
+    """What `action` returns; None if it raises anything, which is shown as the render's error.
+
+    Where something went wrong that was not refused goes to the console.  Nothing is raised: Blender would keep the
+    error, and by it the engine, which it frees.
+    """
+    try:
+        return action(engine, *arguments)
+    except Refused as refused:
+        report(engine, str(refused))
+    except Cancelled:
+        pass  # as Blender knows
+    except (OSError, MemoryError) as error:
+        report(engine, f"Cannot render: {error}")
+    except Exception as error:
+        traceback.print_exc()
+        report(engine, f"Spectral Tiles failed, see the console: {type(error).__name__}: {error}")
+    return None
 
 
 def _fail():

@@ -1,10 +1,21 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """What a render of the scene will do, told before it is rendered."""
 
-import bpy
+import math
 
-from . import analysis, driver, gather, persistence, shading, subrender
+import bpy
+from bpy_extras.anim_utils import animdata_get_channelbag_for_assigned_slot
+
+from . import analysis, automatic, driver, gather, persistence, progress, shading, subrender
 from .failure import Refused
+from .plan import LARGE, memory
+from .region import Region
+
+# Bytes a pixel that a render takes beyond Cycles' own, without further passes (`python -m bench times`).
+_BYTES = 80
+
+# Properties of a perspective camera that Cycles' own motion blur follows, but that of a custom camera does not.
+_OF_VIEW = {"lens", "angle", "angle_x", "angle_y", "sensor_width", "sensor_height"}
 
 # Of each view layer, by its depsgraph: its emitters, and what is wrong with its shading.  Finding them takes
 # milliseconds in a scene of thousands of objects, and a panel is drawn at every move of the mouse over it.
@@ -12,11 +23,11 @@ _emitters = {}
 _shading = {}
 
 
-def _remembered(memory, depsgraph, find):
+def _remembered(found, depsgraph, find):
     key = depsgraph.as_pointer()
-    if key not in memory:
-        memory[key] = find(depsgraph)
-    return memory[key]
+    if key not in found:
+        found[key] = find(depsgraph)
+    return found[key]
 
 
 def scene_use(layer):
@@ -65,10 +76,27 @@ def render_calls(scene):
     if not driver.is_subrender(scene):
         renders = "Several Cycles renders, their" if persistence.needed(scene) else "One Cycles render, its"
         return f"{renders} pixels put in order afterwards"
-    calls = "Many small Cycles renders, one for each cell of the tile and sample"
+    calls = f"{subrender.sub_renders(scene):,} small Cycles renders, one for each cell of the tile and sample"
     if scene.spectral_tiles.driver == "AUTO":
         return f"{calls}. {driver.why_not_gather(scene)}"
     return calls
+
+
+def overhead(scene):
+    """What a frame costs beyond Cycles' own render of it, in one sentence."""
+    if driver.is_subrender(scene):
+        count, pace = subrender.sub_renders(scene), progress.Progress.pace
+        if pace is None:
+            return f"They take {progress.clock(max(1.0, count * progress.LEAST))} at least"
+        return f"They take about {progress.clock(count * pace)} if each takes as long as the last ones did"
+    pixels = Region.of_render(scene.render).pixels
+    is_large = pixels > LARGE
+    # The first frame of a group brings the plans of them all.
+    is_group = is_large and scene.cycles.use_animated_seed and scene.spectral_tiles.tile == "AUTO"
+    seconds = round((automatic.GROUP if is_group else 1) * pixels * memory.pace)
+    time = f"about {progress.clock(seconds)}" if seconds else "less than a second"
+    once = "once for frames of this size" if is_large else "a frame"
+    return f"Adds {time} {once}, and at least {math.ceil(pixels * _BYTES / 1e6)} MB of memory"
 
 
 def refusals(scene, layer):
@@ -89,6 +117,37 @@ def _message(check, *arguments):
     except Refused as refused:
         return [str(refused)]
     return []
+
+
+def ignored(scene):
+    """Settings of Cycles that are in force in this scene but not under this engine.
+
+    Returns
+    -------
+    list of str
+        A line for each, with the way out.
+    """
+    settings = scene.cycles
+    lines = []
+    if settings.use_adaptive_sampling:
+        lines.append("Noise Threshold does not apply: see Adaptive for sampling by need")
+    if settings.time_limit > 0.0:
+        lines.append("Time Limit does not apply: choose Samples to fit")
+    if settings.use_layer_samples != "IGNORE" and any(layer.samples for layer in scene.view_layers):
+        lines.append("Samples of view layers do not apply: all layers get the same Samples")
+    if scene.render.use_motion_blur and scene.camera and _zooms(scene.camera) and not driver.is_subrender(scene):
+        lines.append("The animated zoom of the camera does not blur: set Driver to Sub-renders if it should")
+    return lines
+
+
+def _zooms(made):
+    """Whether a camera object's field of view is animated."""
+    animation = made.type == "CAMERA" and made.data.type == "PERSP" and made.data.animation_data
+    if not animation:
+        return False
+    bag = animdata_get_channelbag_for_assigned_slot(animation)
+    curves = [*animation.drivers, *(bag.fcurves if bag else ())]
+    return any(curve.data_path in _OF_VIEW for curve in curves)
 
 
 @bpy.app.handlers.persistent

@@ -159,12 +159,13 @@ CHECKS = (
 )
 
 
-def prepare(engine, depsgraph):
+def prepare(engine, data, depsgraph):
     """Make the evaluated scene follow a plan; the user's scene is not touched.
 
     Parameters
     ----------
     engine : bpy.types.RenderEngine
+    data : bpy.types.BlendData
     depsgraph : bpy.types.Depsgraph
 
     Returns
@@ -193,10 +194,11 @@ def prepare(engine, depsgraph):
 
     def plan_of(samples, own_seed, cycles_seed):
         if tile is None:
-            return automatic.make(use, region, samples, own_seed, frame)
+            return automatic.make(use, region, samples, own_seed, frame, engine.test_break)
         dims = tuple(name for name in use.dims if name in tile.dims)
-        return tile_plan.make(tile, dims, region, samples, cycles_seed)
+        return tile_plan.make(tile, dims, region, samples, cycles_seed, engine.test_break)
 
+    engine.update_stats("", "Planning samples")
     sample_plan = plan_of(settings.samples, settings.seed, seed)
     if sample_plan.miss:
         engine.report({"INFO"}, f"Cycles' numbers miss the tile's by, on average: {sample_plan.miss}")
@@ -250,25 +252,6 @@ def _rates(settings):
     return adaptive.Rates(samples, samples, 0), None
 
 
-def ignored(scene):
-    """Settings of Cycles that are in force in this scene but not under this engine (`set_samples`).
-
-    Returns
-    -------
-    list of str
-        A line for each, with the way out.
-    """
-    settings = scene.cycles
-    lines = []
-    if settings.use_adaptive_sampling:
-        lines.append("Noise Threshold does not apply: see Adaptive for sampling by need")
-    if settings.time_limit > 0.0:
-        lines.append("Time Limit does not apply: choose Samples to fit")
-    if settings.use_layer_samples != "IGNORE" and any(layer.samples for layer in scene.view_layers):
-        lines.append("Samples of view layers do not apply: all layers get the same Samples")
-    return lines
-
-
 def set_samples(settings, samples):
     """Make Cycles take exactly this many samples in every pixel of every layer."""
     settings.samples = samples
@@ -291,15 +274,18 @@ def _set_sampling(settings, samples, seed):
 
 def render(engine, depsgraph, job):
     """Run Cycles on a prepared render, put the pixels in order and filter them."""
-    with job.folder, camera.dicing(engine, depsgraph.scene_eval, job.views):
-        if job.filter or job.choose_levels:
-            passes = _in_parts(engine, depsgraph, job)
-        else:
-            passes = _without_noise(job, _rendered(engine, depsgraph, job, job.plan), 0, job.rates.base)
-    finish(engine, job, passes)
-    if persistence.is_kept(engine):
-        for owner, values in job.before:
-            persistence.put_back(owner, values)
+    try:
+        cameras = {view.camera: view.settings for view in job.views.values()}
+        with job.folder, camera.dicing(engine, depsgraph.scene_eval, cameras):
+            if job.filter or job.choose_levels:
+                passes = _in_parts(engine, depsgraph, job)
+            else:
+                passes = _without_noise(job, _rendered(engine, depsgraph, job, job.plan), 0, job.rates.base)
+        finish(engine, job, passes)
+    finally:
+        if persistence.is_kept(engine):
+            for owner, values in job.before:
+                persistence.put_back(owner, values)
 
 
 def finish(engine, job, passes):

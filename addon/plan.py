@@ -7,6 +7,7 @@ render pixel at any film pixel.  `addon.automatic` and `addon.tile_plan` make pl
 
 import collections
 import threading
+import time
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -18,9 +19,15 @@ from .region import bands
 # Plans, or groups of them, kept for the next frames and renders of this process: 4 to 16 bytes a pixel each.
 _REMEMBERED = 4
 
+# Seconds a pixel to make a plan, until this process has made one (`python -m bench times`, two cores).
+_PACE = 0.6e-6
+
 # A region of more pixels than this has samples enough to be moved about for every seed and frame: its plan is made
 # once.  A smaller one is soon made, and would show the same few samples again and again.
 LARGE = 256 * 256
+
+# Samples of a pixel that a plan looks at: what more of them leave is hardly seen, and would take minutes to weigh.
+MOST_PLANNED = 64
 
 
 @dataclass(frozen=True)
@@ -147,9 +154,16 @@ class Plan:
 
 
 class Memory:
-    """The last few lists of plans, by what they were made from.  Several threads may ask."""
+    """The last few lists of plans, by what they were made from.  Several threads may ask.
+
+    Attributes
+    ----------
+    pace : float
+        Seconds that the last plan of a large region took, a pixel.
+    """
 
     def __init__(self):
+        self.pace = _PACE
         self._plans = collections.OrderedDict()
         self._lock = threading.Lock()
 
@@ -159,8 +173,12 @@ class Memory:
             if key in self._plans:
                 self._plans.move_to_end(key)
                 return self._plans[key]
+        start = time.perf_counter()
         plans = make()
+        pixels = sum(plan.film.size for plan in plans)
         with self._lock:
+            if pixels > LARGE:
+                self.pace = (time.perf_counter() - start) / pixels
             self._plans[key] = plans
             while len(self._plans) > _REMEMBERED:
                 self._plans.popitem(last=False)

@@ -3,12 +3,11 @@
 
 All film pixels of a cell share their random numbers (Mitchell 1991, section 6), so a cell is a picture of the scene at
 one moment, through one point of the lens, seen on every n-th pixel each way.  Such a picture needs no motion blur, no
-depth of field and no special camera: the frame is set to the moment, a pinhole stands at the lens point with its view
-shifted so that the plane in focus stays put, and Cycles' sample offset chooses the numbers of light and bounces.
+depth of field and no special camera: the frame is set to the moment, a pinhole stands at the lens point
+(`addon.cell_camera`), and Cycles' sample offset chooses the numbers of light and bounces.
 """
 
 import math
-import time
 from dataclasses import dataclass
 
 import bpy
@@ -16,6 +15,8 @@ import numpy as np
 from cycles import engine as cycles
 
 from . import (
+    camera,
+    cell_camera,
     cell_plan,
     denoising,
     driver,
@@ -31,8 +32,12 @@ from . import (
 from .analysis import scene_use
 from .cell_plan import CellPlan
 from .failure import Refused, report
+from .progress import Progress
 from .reconstruction import Filter, Reconstruction
 from .region import Region
+
+# Sub-renders of a picture, at most: more would take seconds to plan, and days to render.
+_MOST = 2**20
 
 # Width of Cycles' pixel filter, in pixels of a sub-render: the narrowest that it takes.
 _PINNED = 0.01
@@ -65,7 +70,8 @@ class Job:
     offsets : float array, shape (side, side, samples, 2)
         Where in its pixel each sample is taken, from the centre, in pixels.
     drift : float array, shape (plan.count, 2)
-        How far Cycles' own filter moves each point of the sequence, in pixels of a sub-render.
+        How far Cycles' own filter moves each point of the sequence, in pixels of a sub-render.  Further views draw from
+        another sequence: their pixels are blurred by that, with a standard deviation below .05 pixels.
     """
 
     data: bpy.types.BlendData
@@ -108,26 +114,7 @@ class _Overwritten:
 
 
 def _check_camera(scene, layer):
-    made = scene.camera
-    if made is None:
-        raise Refused("Cannot render, no camera in the scene")
-    if made.type != "CAMERA":
-        raise Refused(f'"{made.name}" is not a camera; make a camera object the scene\'s camera')
-    if made.data.type not in {"PERSP", "ORTHO"}:
-        kind = {"PANO": "panoramic", "CUSTOM": "custom (OSL)"}.get(made.data.type, made.data.type)
-        raise Refused(
-            f'Camera "{made.name}" is {kind}, which sub-renders cannot give; '
-            "use a perspective or orthographic camera, or set Driver to Gather"
-        )
-    if made.data.type == "ORTHO" and made.data.dof.use_dof:
-        raise Refused(
-            f'Orthographic camera "{made.name}" has depth of field, which sub-renders cannot give; '
-            "switch it off, or set Driver to Gather"
-        )
-    if scene.render.use_multiview:
-        raise Refused("Stereoscopy cannot be rendered by sub-renders; switch it off, or set Driver to Gather")
-    if scene.render.use_motion_blur and scene.cycles.rolling_shutter_type != "NONE":
-        raise Refused("A rolling shutter cannot be rendered by sub-renders; set it to None, or render with Cycles")
+    cell_camera.check(scene, scene.camera)
 
 
 def _check_passes(scene, layer):
@@ -146,8 +133,24 @@ def _check_rates(scene, layer):
         raise Refused("Sub-renders take the same samples everywhere; set Adaptive to Off, or Driver to Gather")
 
 
+def _check_count(scene, layer):
+    count = sub_renders(scene)
+    if count > _MOST:
+        raise Refused(
+            f"This picture would take {count:,} sub-renders, for more than {_MOST:,} of which there is no plan; "
+            "lower Samples, set Tile to Automatic, or set Driver to Gather"
+        )
+
+
 # Each raises `Refused` if a scene's view layer cannot be rendered this way.  The panel asks them all beforehand.
-CHECKS = (_check_camera, _check_passes, _check_rates, library.check, denoising.check)
+CHECKS = (_check_camera, _check_passes, _check_rates, library.check, _check_count, denoising.check)
+
+
+def sub_renders(scene):
+    """How many sub-renders a whole picture of the scene takes; raises `Refused` if its tile cannot be used."""
+    samples = scene.spectral_tiles.samples
+    tile = library.tile(scene.spectral_tiles, scene.library)
+    return samples * (cell_plan.side(samples) if tile is None else tile.size) ** 2
 
 
 def prepare(engine, data, depsgraph):
@@ -173,6 +176,7 @@ def prepare(engine, data, depsgraph):
     for check in CHECKS:
         check(scene, layer)
     shading.check(depsgraph, scene.camera)
+    cell_camera.cameras(engine, scene)
     if not persistence.is_kept(engine):
         raise Refused("Blender does not keep the scene between sub-renders; switch on Persistent Data")
     use = scene_use(depsgraph)
@@ -218,23 +222,26 @@ def prepare(engine, data, depsgraph):
 def render(engine, depsgraph, job):
     """Run all sub-renders and put their pixels where they belong."""
     written = _Overwritten()
-    progress = _Progress(engine, job.plan.side**2 * len(job.subset))
+    progress = Progress(engine, job.plan.side**2 * len(job.subset))
     mean, sums = {}, None
+    scene = depsgraph.scene_eval
+    cameras = {made: persistence.values(made.data) for made in cell_camera.cameras(engine, scene)}
     try:
-        for count, sample in enumerate(job.subset, start=1):
-            passes = _render_sample(engine, depsgraph, job, sample, written, progress)
-            if count > 1 and engine.test_break():
-                break
-            if job.filter and passes:
-                sums = _spread(job, sample, passes, sums)
-            if count == 1:
-                mean = passes
-            for key in passes:
-                if key[0] not in film.FIRST_SAMPLE_PASSES:
-                    mean[key] += (passes[key] - mean[key]) / np.float32(count)
-            if sums:
-                mean = film.with_colours(mean, sums.pixels())
-            film.write_passes(engine, job.region, job.layer.name, mean)
+        with camera.dicing(engine, scene, cameras):
+            for count, sample in enumerate(job.subset, start=1):
+                passes = _render_sample(engine, depsgraph, job, sample, written, progress)
+                if count > 1 and engine.test_break():
+                    break
+                if job.filter and passes:
+                    sums = _spread(job, sample, passes, sums)
+                if count == 1:
+                    mean = passes
+                for key in passes:
+                    if key[0] not in film.FIRST_SAMPLE_PASSES:
+                        mean[key] += (passes[key] - mean[key]) / np.float32(count)
+                if sums:
+                    mean = film.with_colours(mean, sums.pixels())
+                film.write_passes(engine, job.region, job.layer.name, mean)
     except Refused as refused:
         report(engine, str(refused))
     finally:
@@ -284,14 +291,16 @@ def _render_cell(engine, depsgraph, job, index, first_pixel, written):
     if job.times is not None:
         moment = job.frame[0] + job.frame[1] + job.times[index]
         engine.frame_set(math.floor(moment), subframe=moment % 1.0)
-    _check_camera(depsgraph.scene_eval, None)
+    cameras = cell_camera.cameras(engine, depsgraph.scene_eval)
 
     def passes(point):
         written.put_back()
-        scene = depsgraph.scene_eval
-        _set_view(written, engine, scene, job, index, point, first_pixel)
+        scene, side = depsgraph.scene_eval, job.plan.side
+        first = np.add(job.region.corner, 0.5) + first_pixel + job.offsets[index] - side * job.drift[point]
+        for made in cameras:
+            cell_camera.aim(written, made, scene.render, job.region, side, first, job.plan.lens[index])
         _set_sampling(written, scene, depsgraph.view_layer_eval, job.plan, point)
-        _set_border(written, engine.render, job.region, job.plan.side)
+        _set_border(written, engine.render, job.region, side)
         cycles.reset(engine, job.data, depsgraph)
         cycles.render(engine, depsgraph)
         return film.read_passes(engine, job.layer.name)
@@ -303,55 +312,6 @@ def _render_cell(engine, depsgraph, job, index, first_pixel, written):
         first = passes(0)
         seen |= {key: first[key] for key in missing}
     return seen
-
-
-def _set_view(written, engine, scene, job, index, point, first_pixel):
-    """Point the evaluated camera: a pinhole at the sample's lens point that sees one pixel of each period."""
-    made, data, render, side = scene.camera, scene.camera.data, scene.render, job.plan.side
-    frame = np.array(job.region.frame)
-    # The film's size, and Blender's shift of it, count in widths of the sensor or of an orthographic view
-    # (`blender_camera_viewplane()`); a perspective camera's film is at distance 1.
-    sensor = "sensor_height" if data.sensor_fit == "VERTICAL" else "sensor_width"
-    unit = data.ortho_scale if data.type == "ORTHO" else getattr(data, sensor) / data.lens
-    ratio = frame * (render.pixel_aspect_x, render.pixel_aspect_y)
-    horizontal = ratio[0] > ratio[1] if data.sensor_fit == "AUTO" else data.sensor_fit == "HORIZONTAL"
-    size = unit * ratio / ratio[0 if horizontal else 1]
-    # Raster position p of the sub-render shows film position first + side * (p - raster), in pixels of the frame.
-    raster = np.add(job.region.corner, 0.5)
-    first = raster + first_pixel + job.offsets[index] - side * job.drift[point]
-    middle = unit * np.array((data.shift_x, data.shift_y))
-    middle += size * ((first + side * (0.5 * frame - raster)) / frame - 0.5)
-
-    if data.dof.use_dof:
-        radius = 1e-3 * data.lens / (2.0 * max(data.dof.aperture_fstop, 1e-5))
-        lens = radius * exposure.lens_points(job.plan.lens[index], data.dof)
-        # What is in focus must not move in the picture.
-        middle -= lens / _focus_distance(made)
-        matrix = made.matrix_world.copy()
-        axes = matrix.normalized()
-        matrix.translation += axes.col[0].xyz * lens[0] + axes.col[1].xyz * lens[1]
-        written.keep(made, "location", "rotation_euler", "rotation_quaternion", "rotation_axis_angle", "scale")
-        written.set(made, matrix_world=matrix)
-        written.set(data.dof, use_dof=False)
-
-    unit *= side
-    if data.type == "ORTHO":
-        written.set(data, ortho_scale=unit)
-    else:
-        written.set(data, **{sensor: unit * data.lens})
-    written.set(data, shift_x=middle[0] / unit, shift_y=middle[1] / unit)
-
-
-def _focus_distance(made):
-    """Distance of the plane in focus along the camera's axis, as `blender_camera_focal_distance()`."""
-    dof = made.data.dof
-    target = dof.focus_object
-    if target is None:
-        return dof.focus_distance
-    place = target.matrix_world
-    if target.pose and dof.focus_subtarget in target.pose.bones:
-        place = place @ target.pose.bones[dof.focus_subtarget].matrix
-    return abs(made.matrix_world.normalized().col[2].xyz.dot(made.matrix_world.translation - place.translation))
 
 
 def _set_sampling(written, scene, layer, plan, point):
@@ -393,27 +353,3 @@ def _set_border(written, render, region, side):
         border_max_x=min(upper[0], 1.0),
         border_max_y=min(upper[1], 1.0),
     )
-
-
-class _Progress:
-    """How far the sub-renders are, told to the user."""
-
-    def __init__(self, engine, count):
-        self.done = 0
-        self._engine = engine
-        self._count = count
-        self._told = self._loaded = time.monotonic()
-
-    def step(self):
-        """Another one is done."""
-        self.done += 1
-        now = time.monotonic()
-        self._engine.update_progress(self.done / self._count)
-        if self.done == 1:
-            self._loaded = now  # the first one also brings the scene into Cycles
-        elif now > self._told + 1.0:
-            self._told = now
-            left = (self._count - self.done) * (now - self._loaded) / (self.done - 1)
-            minutes, seconds = divmod(round(left), 60)
-            text = f"Sub-render {self.done} of {self._count}, about {minutes}:{seconds:02} left"
-            self._engine.update_stats("", text)

@@ -10,14 +10,15 @@ import concurrent.futures
 import numpy as np
 
 from . import cycles_random
+from .failure import Cancelled
 from .matching import match
-from .plan import LARGE, Plan, memory
+from .plan import LARGE, MOST_PLANNED, Plan, memory
 
 # Larger windows match better, smaller ones keep rays that Cycles traces together close together on the film.
 _WINDOW = 256
 
 
-def make(tile, dims, region, samples, seed):
+def make(tile, dims, region, samples, seed, is_cancelled=lambda: False):
     """Plan that follows a tile in some of its dimensions; remembered as that of `automatic.make`.
 
     Parameters
@@ -30,18 +31,24 @@ def make(tile, dims, region, samples, seed):
         Samples a pixel to match.
     seed : int
         Another seed gives another plan of the same quality.
+    is_cancelled : callable, optional
+        As of `automatic.make`.
 
     Returns
     -------
     plan.Plan
+
+    Raises
+    ------
+    Cancelled
     """
     is_large = region.pixels > LARGE
     rest = (dims, region, samples, 0 if is_large else seed)
-    (plan,) = memory.get((tile.values.tobytes(), tile.dims, *rest), lambda: [_match(tile, *rest)])
+    (plan,) = memory.get((tile.values.tobytes(), tile.dims, *rest), lambda: [_match(tile, *rest, is_cancelled)])
     return plan.moved(*np.random.default_rng(seed).integers(0, region.size)) if is_large else plan
 
 
-def _match(tile, dims, region, samples, seed):
+def _match(tile, dims, region, samples, seed, is_cancelled):
     lens = [name for name in dims if name.startswith("lens.")]
     matched = [name for name in dims if name in cycles_random.DIMENSIONS and name not in lens]
     width, height = region.size
@@ -50,11 +57,13 @@ def _match(tile, dims, region, samples, seed):
     origin = np.random.default_rng(seed).integers(0, tile.size, 2)
 
     def fill(window):
+        if is_cancelled():
+            raise Cancelled
         y, x = np.mgrid[window]
         cells = tile.values[(y + origin[0]) % tile.size, (x + origin[1]) % tile.size, 0].reshape(y.size, -1)
         wanted = cells[:, [tile.dims.index(name) for name in matched]]
         ranks = cycles_random.pixel_ranks(x + region.corner[0], y + region.corner[1], seed).ravel()
-        drawn = _pixel_means(ranks * np.uint32(samples), samples, matched)
+        drawn = _pixel_means(ranks * np.uint32(samples), min(samples, MOST_PLANNED), matched)
         served = match(drawn, wanted) if matched else np.arange(y.size)
         film[window] = (y * width + x).ravel()[served].reshape(y.shape)
         if lens_shift is not None:

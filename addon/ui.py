@@ -7,7 +7,7 @@ import bpy
 from cycles.ui import CYCLES_RENDER_PT_sampling_advanced_sample_subset as _CyclesSampleSubset
 from cycles.ui import CYCLES_RENDER_PT_sampling_render_denoise as _CyclesDenoising
 
-from . import forecast, gather, library, tile_making, tile_picture
+from . import forecast, library, tile_making, tile_picture
 from .engine import SpectralTilesRender
 from .failure import Refused
 from .plan import memory
@@ -113,7 +113,8 @@ def _draw_forecast(layout, context):
         _say(column, context, message, "ERROR")
     if not refusals:
         _say(column, context, forecast.render_calls(scene), "RENDER_STILL")
-    for message in gather.ignored(scene):
+        _say(column, context, forecast.overhead(scene), "TIME")
+    for message in forecast.ignored(scene):
         _say(column, context, message, "INFO")
 
 

@@ -16,7 +16,7 @@ from demo_blend import PAPER
 
 DEMO_SCENE = "wheels"
 #: Timed by default: the demo, and a scene where a sample costs about three times as much.
-TIMED = (DEMO_SCENE, "hazy_room")
+TIMED, TIMED_SIZE = (DEMO_SCENE, "hazy_room"), (1920, 1080)
 #: The demo and two scenes of other kinds.
 FEW = (DEMO_SCENE, "metal", "still_life")
 
@@ -36,12 +36,17 @@ def _errors_and_times(options: argparse.Namespace) -> str:
     scene = scene_file(DEMO_SCENE)
     samples, seeds, pairs = ((1,), 2, 1) if options.quick else (options.samples, options.seeds, options.pairs)
     table = errors.report(scene, Settings(size=(512, 512)), samples, range(seeds), _reference_samples(options))
-    return f"{table}\n\n{_times(options, TIMED, pairs)}"
+    return f"{table}\n\n{_timed(TIMED, Settings(size=TIMED_SIZE), pairs)}"
 
 
-def _times(options: argparse.Namespace, scenes: Sequence[str], pairs: int) -> str:
+def _times(options: argparse.Namespace) -> str:
+    settings = [Settings(samples=samples, size=tuple(options.size)) for samples in options.samples]
+    return "\n\n".join(_timed(options.scenes, each, options.pairs) for each in settings)
+
+
+def _timed(scenes: Sequence[str], settings: Settings, pairs: int) -> str:
     progress = Progress(2 * pairs * len(scenes))
-    return str(timing.times([scene_file(name) for name in scenes], Settings(size=(1920, 1080)), pairs, progress.step))
+    return str(timing.times([scene_file(name) for name in scenes], settings, pairs, progress.step))
 
 
 def _quality(options: argparse.Namespace) -> str:
@@ -182,7 +187,9 @@ def _parser() -> argparse.ArgumentParser:
     times = commands.add_parser("times", help="wall time and memory against native")
     times.add_argument("--scenes", nargs="+", default=TIMED, metavar="SCENE", help="names or .blend files")
     times.add_argument("--pairs", type=int, default=5, help="pairs of timed processes")
-    times.set_defaults(run=lambda options: _times(options, options.scenes, options.pairs))
+    times.add_argument("--samples", type=_counts, default=(1,), help="samples a pixel, as in 1,4,16")
+    times.add_argument("--size", type=int, nargs=2, default=TIMED_SIZE, metavar=("W", "H"), help="in pixels")
+    times.set_defaults(run=_times)
 
     animation = commands.add_parser("frames", parents=[quick], help="error of the mean of frames of still scenes")
     animation.add_argument("--scenes", nargs="+", default=QUALITY, metavar="SCENE", help="names or .blend files")

@@ -247,7 +247,7 @@ def _scene(name: str, effort: Effort, folder: Path, progress: Progress) -> Found
 def _time_ratio(scene: SceneFile, settings: Settings) -> float:
     """Return our wall time over native for one frame, from the second renders of one process."""
     both = [(replace(settings, engine=engine), {"repeats": 2}) for engine in (AUTOMATIC, TILES)]
-    native, ours = (seconds[1] for seconds in run_worker(scene, both)["seconds"])
+    native, ours = (seconds[1][0] for seconds in run_worker(scene, both)["seconds"])
     return ours / native
 
 

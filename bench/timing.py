@@ -21,19 +21,23 @@ class Cost:
     ----------
     first, second : float
         Seconds of its first and second render.
+    processor : float
+        Processor seconds of its second render, on all cores together.
     peak : int
         Largest resident size in bytes.
     """
 
     first: float
     second: float
+    processor: float
     peak: int
 
 
 def cost(scene: SceneFile, settings: Settings) -> Cost:
     """Render twice in a fresh process."""
     result = run_worker(scene, [(settings, {"repeats": RENDERS})])
-    return Cost(*result["seconds"][0], result["peak"])
+    (first, _), (second, processor) = result["seconds"][0]
+    return Cost(first, second, processor, result["peak"])
 
 
 def times(scenes: Sequence[SceneFile], settings: Settings, pairs: int, say: Callable[[str], None]) -> Table:
@@ -60,11 +64,11 @@ def times(scenes: Sequence[SceneFile], settings: Settings, pairs: int, say: Call
                 costs[engine].append(cost(scene, replace(settings, engine=engine)))
                 say(f"{scene.name}: {engine} {costs[engine][-1].second:.2f} s")
         rows.append([scene.name, *_row(costs[AUTOMATIC], costs[TILES], pixels)])
-    header = ["", "native s", "tiles s", "ratio", "spread", "first ratio", "bytes/pixel over native"]
+    header = ["", "native s", "tiles s", "ratio", "spread", "processor ratio", "first ratio", "bytes/pixel over native"]
     size = f"{settings.size[0]}x{settings.size[1]}, {settings.samples} spp"
     return Table(
         f"Wall time of one frame, {size}, second render of a process, median of {pairs} alternating pairs (spread: "
-        "lowest to highest)",
+        "lowest to highest); the processor's time counts all cores, and not what other processes take",
         header,
         rows,
     )
@@ -74,12 +78,14 @@ def _row(native: Sequence[Cost], tiles: Sequence[Cost], pixels: int) -> list[str
     """Return the figures of one scene."""
     ratios = [ours.second / theirs.second for ours, theirs in zip(tiles, native, strict=True)]
     first = statistics.median(ours.first / theirs.first for ours, theirs in zip(tiles, native, strict=True))
+    processor = statistics.median(ours.processor / theirs.processor for ours, theirs in zip(tiles, native, strict=True))
     memory = statistics.median(c.peak for c in tiles) - statistics.median(c.peak for c in native)
     return [
         f"{statistics.median(c.second for c in native):.2f}",
         f"{statistics.median(c.second for c in tiles):.2f}",
         f"{statistics.median(ratios):.3f}",
         f"{min(ratios):.2f}-{max(ratios):.2f}",
+        f"{processor:.3f}",
         f"{first:.3f}",
         f"{memory / pixels:.0f}",
     ]

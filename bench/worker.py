@@ -7,7 +7,8 @@ of which the file is opened afresh. A task has `bench.jobs.Settings` (``settings
 - ``images``: pairs of seed and path; each image is saved there as a float32 .npy of linear RGB, rows from the bottom,
   and beside it as .png through the scene's view.
 - ``pictures``: pairs of seed and path without suffix; saved as .exr, as .png through the scene's view, and as .npy.
-- ``repeats``: render that many times without saving; the result's ``seconds`` has a list of them for each such task.
+- ``repeats``: render that many times without saving; the result's ``seconds`` has a list for each such task, of pairs
+  of wall and processor seconds.
 
 Every result holds ``peak``, the process's largest resident size in bytes.
 """
@@ -164,10 +165,11 @@ def _save_png(scene: bpy.types.Scene, path: Path) -> None:
     image.color_depth = "32"
 
 
-def _timed_render() -> float:
-    start = time.perf_counter()
+def _timed_render() -> tuple[float, float]:
+    """Wall and processor seconds of a render."""
+    start = time.perf_counter(), time.process_time()
     bpy.ops.render.render()
-    return time.perf_counter() - start
+    return time.perf_counter() - start[0], time.process_time() - start[1]
 
 
 if __name__ == "__main__":

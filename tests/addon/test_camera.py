@@ -9,6 +9,7 @@ import bpy
 import numpy as np
 import pytest
 
+from addon import cell_plan
 from tests import rendering
 
 # Positions in the probe scene are a few units; a ray may hit the next triangle's edge by rounding.
@@ -69,6 +70,74 @@ def test_size(tmp_path, width, height, percentage):
     scene = build_scene(width, height)
     scene.render.resolution_percentage = percentage
     assert_same(tmp_path)
+
+
+@pytest.fixture(params=["GATHER", "SUBRENDER"])
+def driver(request, monkeypatch):
+    monkeypatch.setattr(cell_plan, "_DIFFERENT", 16)
+    return request.param
+
+
+def no_view(scene):
+    scene.render.use_multiview = True
+    for view in scene.render.views:
+        view.use = False
+
+
+def shut_all_the_time(scene):
+    scene.render.use_motion_blur = True
+    mapping = scene.render.motion_blur_shutter_curve
+    for point in mapping.curves[0].points:
+        point.location[1] = 0.0
+    mapping.update()
+
+
+def far_frame(scene):
+    scene.spectral_tiles.seed, scene.cycles.use_animated_seed = 2**31 - 1, True
+    scene.frame_set(1048574)
+
+
+def sheared(scene):
+    parent = rendering.add(None, (0, 0, 0), (0, 0, 0.5))
+    parent.scale = (1, 2, 1)
+    scene.camera.parent = parent
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        lambda scene: setattr(scene.cycles, "tile_size", 8),
+        lambda scene: setattr(scene.camera, "scale", (-2, 1, 0.5)),
+        lambda scene: setattr(scene.camera, "scale", (0, 0, 0)),
+        lambda scene: setattr(scene.render, "pixel_aspect_x", 200),
+        lambda scene: setattr(scene.render, "motion_blur_shutter", 0.0),
+        lambda scene: setattr(scene.camera.data, "clip_end", 1e-5),
+        sheared,
+        shut_all_the_time,
+        far_frame,
+    ],
+    ids=["tiles", "mirrored", "flattened", "aspect", "shutter", "clip", "sheared", "shut", "far_frame"],
+)
+def test_the_unusual(tmp_path, driver, change):
+    scene = build_scene()
+    scene.spectral_tiles.driver = driver
+    scene.render.use_motion_blur = True
+    change(scene)
+    ours = rendering.beauty(rendering.render(tmp_path, "SPECTRAL_TILES", seed=scene.spectral_tiles.seed))
+    native = rendering.beauty(rendering.render(tmp_path, "CYCLES", seed=scene.cycles.seed))
+    wrong = np.abs(ours - native).max(axis=-1) > 2 * TOLERANCE * (1 + np.abs(native).max(axis=-1))
+    assert wrong.mean() <= ALLOWED_OUTLIERS
+
+
+def test_stereo_without_a_view(tmp_path):
+    no_view(build_scene())
+    assert_same(tmp_path)
+
+
+def test_as_many_samples_as_there_may_be(tmp_path):
+    """The plan is as good as it is at fewer, and as soon made."""
+    build_scene(8, 6)
+    assert np.allclose(*(rendering.beauty(rendering.render(tmp_path, e, 4096)) for e in rendering.ENGINES), rtol=1e-2)
 
 
 def test_pixel_aspect(tmp_path):

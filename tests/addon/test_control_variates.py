@@ -76,6 +76,18 @@ def test_one_bright_sample_does_not_spread(chosen):
     assert changed.max() < 0.1
 
 
+@pytest.mark.parametrize("value", [1e30, np.inf, -np.inf, np.nan])
+def test_what_is_no_brightness_stays_where_it_is(chosen, value):
+    """Passes may hold anything; the pixels around are not spoilt by it."""
+    picture = (1 + 0.1 * np.random.default_rng(5).normal(size=(1, HEIGHT, WIDTH))).astype(np.float32)
+    picture[0, 50, 30] = value
+    with np.errstate(all="raise"):
+        left = cleaned(picture, drawn(4), chosen)
+    assert np.array_equal(left[0, 50, 30], picture[0, 50, 30], equal_nan=True)
+    left[0, 43:58, 23:38] = 1.0
+    assert np.abs(left - 1.0).max() < 1.0
+
+
 def test_the_mean_over_many_pictures_stays(chosen):
     """Noise that depends on the numbers in a bent way, over content, keeps its mean at every pixel."""
     truth, count = content(), 400

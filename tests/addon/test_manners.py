@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """A render leaves the user's file as it was, and says in one line why it cannot be done."""
 
+import errno
 import os
 import tracemalloc
 
@@ -9,7 +10,7 @@ import numpy as np
 import pytest
 
 import generator
-from addon import film, forecast, plan
+from addon import automatic, failure, film, forecast, gather, plan
 from tests import rendering
 
 
@@ -164,6 +165,49 @@ def test_plan_cannot_be_written(monkeypatch, tmp_path):
     write = plan.Plan.write
     monkeypatch.setattr(plan.Plan, "write", lambda made, path: write(made, str(tmp_path / "missing" / "plan.tif")))
     render_expecting("Cannot write the sample plan")
+
+
+def test_cancelled_while_it_plans(monkeypatch):
+    """Nothing is rendered, and nothing said."""
+    build_scene()
+
+    def cancel(*_):
+        raise failure.Cancelled
+
+    before, files = snapshot(), set(os.listdir(bpy.app.tempdir))
+    monkeypatch.setattr(automatic, "make", cancel)
+    monkeypatch.setattr(gather, "render", lambda *_: pytest.fail("rendered"))
+    bpy.ops.render.render()
+    assert snapshot() == before
+    assert set(os.listdir(bpy.app.tempdir)) == files
+
+
+def test_temporary_folder_cannot_be_used(monkeypatch):
+    def full(**_):
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    build_scene()
+    monkeypatch.setattr(gather.tempfile, "TemporaryDirectory", full)
+    render_expecting("Cannot render: .*No space left on device")
+
+
+@pytest.mark.parametrize("persistent", [False, True])
+@pytest.mark.parametrize("where", [(automatic, "make"), (film, "read_passes")], ids=lambda where: where[1])
+def test_a_mistake_of_ours_ends_in_one_line(monkeypatch, capfd, tmp_path, where, persistent):
+    """... and the next render, of another scene, knows nothing of it."""
+
+    def fail(*_):
+        raise ZeroDivisionError("a mistake")
+
+    build_scene().render.use_persistent_data = persistent
+    wanted = rendering.beauty(rendering.render(tmp_path, "SPECTRAL_TILES"))
+    with monkeypatch.context() as patched:
+        patched.setattr(*where, fail)
+        render_expecting("Spectral Tiles failed.*a mistake")
+    assert "in fail" in capfd.readouterr().err
+    assert np.array_equal(rendering.beauty(rendering.render(tmp_path, "SPECTRAL_TILES")), wanted)
+    build_scene()
+    assert np.array_equal(rendering.beauty(rendering.render(tmp_path, "SPECTRAL_TILES")), wanted)
 
 
 def test_no_tile_file_set():

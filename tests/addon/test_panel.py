@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import generator
-from addon import analysis, driver, forecast, gather, library, tile_making, tile_picture
+from addon import analysis, driver, forecast, gather, library, plan, progress, tile_making, tile_picture
 from tests import rendering
 
 
@@ -20,6 +20,15 @@ def build_scene(size=16):
     scene.render.engine = "SPECTRAL_TILES"
     bpy.context.view_layer.update()
     return scene
+
+
+def zoom(camera):
+    """Animate a camera's focal length over frames 0 to 2."""
+    for frame, length in ((0, 20.0), (2, 60.0)):
+        camera.lens = length
+        camera.keyframe_insert("lens", frame=frame)
+    rendering.make_linear(camera)
+    bpy.context.scene.frame_set(1)
 
 
 def use(motion_blur=False, lens=False, lights=0, bounces=False):
@@ -104,14 +113,29 @@ def test_forecast_tells_the_driver_and_why(monkeypatch):
 
 def test_ignored_settings_are_told():
     scene = build_scene()
-    assert gather.ignored(scene) == []
+    assert forecast.ignored(scene) == []
     cycles = scene.cycles
     cycles.use_adaptive_sampling = True
     cycles.time_limit = 5.0
     bpy.context.view_layer.samples = 3
-    assert len(gather.ignored(scene)) == 3
+    assert len(forecast.ignored(scene)) == 3
     gather.set_samples(cycles, 1)
-    assert gather.ignored(scene) == []
+    assert forecast.ignored(scene) == []
+
+
+def test_zoom_that_does_not_blur_is_told():
+    scene = build_scene()
+    zoom(scene.camera.data)
+    assert forecast.ignored(scene) == []
+    scene.render.use_motion_blur = True
+    assert len(forecast.ignored(scene)) == 1
+    scene.spectral_tiles.driver = "SUBRENDER"
+    assert forecast.ignored(scene) == []
+    scene.spectral_tiles.driver = "GATHER"
+    scene.camera.data.animation_data_clear()
+    assert forecast.ignored(scene) == []
+    scene.camera.data.driver_add("sensor_width")
+    assert len(forecast.ignored(scene)) == 1
 
 
 def preset_files():
@@ -208,3 +232,37 @@ def test_picture_of_a_tile():
     assert 0.35 < tile_picture.spectrum(white)[middle].mean() < 0.6
     assert tile_picture.spectrum(blue)[middle].mean() < 0.1
     assert np.array_equal(tile_picture.values(white)[:64, :64], white.values[..., 0, 0])
+
+
+def test_forecast_tells_what_a_frame_costs(monkeypatch):
+    """A plan's time follows the pixels, and the frames of a group that it holds; its memory the pixels."""
+    scene = build_scene(1000)
+    monkeypatch.setattr(plan.memory, "pace", 5e-6)
+    assert forecast.overhead(scene) == "Adds about 0:05 once for frames of this size, and at least 80 MB of memory"
+    scene.cycles.use_animated_seed = True
+    assert "about 0:20 once" in forecast.overhead(scene)
+    scene.render.resolution_percentage = 10
+    assert forecast.overhead(scene) == "Adds less than a second a frame, and at least 1 MB of memory"
+
+
+def test_pace_of_plans_is_measured(monkeypatch):
+    memory = plan.Memory()
+    clock = iter((10.0, 30.0, 40.0, 41.0))
+    monkeypatch.setattr(plan.time, "perf_counter", lambda: next(clock))
+    memory.get("large", lambda: [plan.Plan(0, 1000, np.zeros(1000 * 1000, np.int32))] * 2)
+    memory.get("small", lambda: [plan.Plan(0, 10, np.zeros(100, np.int32))])
+    assert memory.pace == pytest.approx(10e-6)
+
+
+def test_forecast_tells_how_long_sub_renders_take(monkeypatch):
+    scene = build_scene()
+    scene.spectral_tiles.driver = "SUBRENDER"
+    monkeypatch.setattr(progress.Progress, "pace", None)
+    assert "256 small" in forecast.render_calls(scene) and "0:01 at least" in forecast.overhead(scene)
+    scene.spectral_tiles.samples = 1
+    bpy.ops.render.render()
+    assert 0.0 < progress.Progress.pace < 5.0
+    progress.Progress.pace = 0.5
+    assert "about 2:08" in forecast.overhead(scene)
+    scene.spectral_tiles.samples = 32
+    assert "512 small" in forecast.render_calls(scene) and "about 4:16" in forecast.overhead(scene)

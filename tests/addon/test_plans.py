@@ -8,6 +8,7 @@ import pytest
 
 from addon import automatic, cell_plan, cycles_random, plan, tile_plan
 from addon.analysis import SceneUse
+from addon.failure import Cancelled
 from addon.matching import match
 from addon.region import Region
 from generator import Tile
@@ -190,3 +191,28 @@ def test_windows_cover_the_region_once():
     for window in cut.windows(256):
         seen[window] += 1
     assert (seen == 1).all()
+
+
+@pytest.mark.parametrize("follow", [False, True], ids=["automatic", "tile"])
+def test_a_cancelled_plan_is_not_kept(follow):
+    """It is given up after the piece at work, and made anew when it is asked for again."""
+    region = Region((900, 700), (0, 0), (900, 700))
+    tile = Tile(("light.u", "light.v"), np.random.default_rng(2).random((16, 16, 1, 2), dtype=np.float32))
+    asked = []
+
+    def is_cancelled():
+        asked.append(True)
+        return len(asked) > 2
+
+    def make(*cancelled):
+        if follow:
+            return tile_plan.make(tile, tile.dims, region, 1, 5, *cancelled)
+        return automatic.make(SceneUse(False, False, 1, False, False), region, 1, 5, None, *cancelled)
+
+    plan.memory.clear()
+    with pytest.raises(Cancelled):
+        make(is_cancelled)
+    assert len(asked) < 30
+    again = make()
+    assert np.array_equal(np.sort(again.film), np.arange(region.pixels))
+    assert make(lambda: pytest.fail("made again")) is not None

@@ -129,6 +129,16 @@ def panel():
     shoot("panel_tile")
     icons = module("tile_picture").icons(module("library").tile(scene.spectral_tiles))
     note(uses=forecast.uses(layer), refusals=forecast.refusals(scene, layer), icons=icons)
+    note(overhead=forecast.overhead(scene))
+    scene.spectral_tiles.tile = "AUTO"
+    # As it is where there is Open Shading Language, which Debian's Blender lacks.
+    driver = module("driver")
+    check_build, driver.check_build = driver.check_build, lambda: None
+    redraw()
+    yield from idle(1)
+    shoot("panel_gather")
+    note(overhead_of_gather=forecast.overhead(scene))
+    driver.check_build = check_build
     scene.camera.data.type = "CUSTOM"
     redraw()
     yield from idle(1)
@@ -138,7 +148,6 @@ def panel():
     scene.cycles.use_denoising = True
     note(refusals_of_denoising=forecast.refusals(scene, layer))
     scene.cycles.use_denoising = False
-    scene.spectral_tiles.tile = "AUTO"
     with looking_at("PROPERTIES"):
         bpy.ops.screen.back_to_previous()
     yield from idle(1)
@@ -293,7 +302,48 @@ def refused():
     yield from idle(0.5)
 
 
-STEPS = (install, build_scene, panel, undo, presets, generate, refused, still, cancel, animation, compare, off_and_on)
+def preview():
+    """The picture of a material in lists and browsers."""
+    paint = bpy.data.materials.new("Paint")
+    shader = next(node for node in paint.node_tree.nodes if node.type == "BSDF_PRINCIPLED")
+    shader.inputs["Base Color"].default_value = (0.9, 0.05, 0.05, 1)
+    paint.asset_generate_preview()
+    yield from until(lambda: bpy.app.is_job_running("RENDER_PREVIEW"), 10)
+    yield from until(lambda: not bpy.app.is_job_running("RENDER_PREVIEW"), RENDER)
+    yield from idle(0.5)
+    picture = bpy.data.images.new("Preview", *paint.preview.image_size)
+    picture.pixels.foreach_set(paint.preview.image_pixels_float)
+    picture.filepath_raw, picture.file_format = os.path.join(FOLDER, "preview.png"), "PNG"
+    picture.save()
+
+
+def demo():
+    """The demo scene, cancelled."""
+    bpy.ops.wm.open_mainfile(filepath=os.path.join(FOLDER, "spinning_wheels.blend"), load_ui=False)
+    yield from idle(1)
+    scene = bpy.context.scene
+    scene.render.engine = "SPECTRAL_TILES"
+    scene.spectral_tiles.samples = 16
+    scene.cycles.use_denoising = False
+    press(F12)
+    yield from until(rendering, 10)
+    yield from idle(5)
+    shoot("demo")
+    note(demo_was_rendering=rendering())
+    start = time.monotonic()
+    press(ESCAPE)
+    yield from until(lambda: not rendering(), RENDER)
+    note(seconds_to_cancel_demo=round(time.monotonic() - start, 2))
+    yield from idle(0.5)
+    shoot("demo_cancelled")
+    press(ESCAPE)
+    yield from idle(0.5)
+
+
+STEPS = (
+    install, build_scene, panel, undo, presets, generate, refused, still, cancel, animation, compare, off_and_on,
+    preview, demo,
+)  # fmt: skip
 
 
 def story():

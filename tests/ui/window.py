@@ -8,6 +8,7 @@ import tempfile
 from pathlib import Path
 
 HERE = Path(__file__).parent
+DEMO = HERE.parent.parent / "demo_blend" / "spinning_wheels.blend"
 
 # Seconds for everything that `session.py` does.
 _LIMIT = 600
@@ -55,6 +56,7 @@ def run_session(root, archive, results):
     with home(root) as folder:
         shutil.copy(archive, folder / "spectral_tiles.zip")
         shutil.copy(HERE / "session.py", folder)
+        shutil.copy(DEMO, folder)
         display = ["xvfb-run", "-a", "-s", "-screen 0 1280x900x24"]
         blender = ["blender", "--factory-startup", "--gpu-backend", "opengl", "-P", "session.py"]
         (results / "log.txt").write_text(run(root, folder, *display, *blender).stdout)
