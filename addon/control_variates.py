@@ -68,11 +68,14 @@ def of_picture(use, region, plan, sequence):
 
     Returns
     -------
-    callable
-        Planes (planes, height, width) of a picture by the plan, first sample, number of samples -> planes.
+    callable or None
+        Planes (planes, height, width) of a picture by the plan, first sample, number of samples -> planes.  None if
+        nothing is left to chance.
     """
-    ranks, lens_shift = plan.at_film(region)
     sources = tuple(automatic.shares(use))
+    if not sources:
+        return None
+    ranks, lens_shift = plan.at_film(region)
 
     def taken_out(planes, first, samples):
         chosen = list(automatic.error_modes(sources, samples, _MODES))

@@ -358,7 +358,7 @@ def _in_parts(engine, depsgraph, job):
         if first is not None and engine.test_break():
             break
         colours = film.colours(passes, height, width)
-        if shot:
+        if shot and job.without_noise:
             # Samples that further ones complete cancel some of their noise by themselves.
             less = film.colours(_without_noise(job, passes, *shot), height, width)
             colours = np.where(levels == 0, less, colours)

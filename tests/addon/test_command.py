@@ -58,8 +58,8 @@ def test_compare(scene_file, tmp_path, capfd):
     assert sorted(path.name for path in folder.iterdir()) == names
     summary = json.loads(capfd.readouterr().out.splitlines()[-1])
     assert [error.keys() for error in summary["errors"].values()] == 3 * [{"cycles", "spectral_tiles", "ratio"}]
-    # Both took one sample of the same light, so their unfiltered errors are of one size.
-    assert 0.7 < summary["errors"]["sigma 0"]["ratio"] < 1.4
+    # Both took one sample of the same light; half of the noise or more is which of the two it was, and known.
+    assert 0.2 < summary["errors"]["sigma 0"]["ratio"] < 0.9
 
 
 def test_comparison_measures_known_errors():
