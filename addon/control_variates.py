@@ -13,7 +13,6 @@ what that is scaled by, the size of the noise nearby, knows nothing of its sign;
 far below zero as above.
 """
 
-import collections
 import concurrent.futures
 import os
 
@@ -31,12 +30,12 @@ _NEIGHBOURS = 2
 
 # How much it listens to each row and column of them; to itself it does not.
 _NEARNESS = np.exp(-(np.arange(-_NEIGHBOURS, _NEIGHBOURS + 1) ** 2) / 2.88).astype(np.float32)
-_WEIGHTS = np.outer(_NEARNESS, _NEARNESS)
-_WEIGHTS[_NEIGHBOURS, _NEIGHBOURS] = 0.0
-_WEIGHTS /= _WEIGHTS.sum()
+_OWN = _NEARNESS[_NEIGHBOURS] ** 2
+_SQUARES = np.square(_NEARNESS).sum() ** 2 - _OWN**2
 
-# Rows of pixels that are worked at together, at most, a multiple of the block's: each takes some 100 bytes a pixel.
-_ROWS = 128
+# Pixels of rows of blocks that are worked at together: few enough for a processor's cache.  And pixels that one thread
+# works at, which take some 100 bytes each.
+_TOGETHER, _PART = 2**15, 2**18
 
 # What differs from the mean over so many pixels to each side is noise.
 _REACH = 3
@@ -108,22 +107,30 @@ def without_noise(planes, numbers, chosen):
     -------
     float32 array, shape (planes, height, width)
     """
-    height = planes.shape[1]
+    _, height, width = planes.shape
     result = np.empty_like(planes)
-    part = min(_ROWS, _BLOCK * max(1, -(-height // (_BLOCK * (os.process_cpu_count() or 1)))))
+    processors = os.process_cpu_count() or 1
+    part = min(_whole_blocks(_PART // width), _whole_blocks(-(-height // processors)))
     # Blocks that are listened to, and the pixels around these.
     margin = (_NEIGHBOURS + 1) * _BLOCK
 
     def clean(top):
         seen = slice(max(0, top - margin), min(height, top + part + margin))
-        for row, explained in _explained(planes[:, seen], lambda rows: numbers(_moved(rows, seen.start)), chosen):
-            own = _moved(row, seen.start)
-            if top <= own.start < top + part:
-                result[:, own] = planes[:, own] - explained
+        own = slice(top, min(top + part, height))
+        for rows, explained in _explained(planes[:, seen], lambda rows: numbers(_moved(rows, seen.start)), chosen):
+            here = _moved(rows, seen.start)
+            kept = slice(max(here.start, own.start), min(here.stop, own.stop))
+            if kept.start < kept.stop:
+                result[:, kept] = planes[:, kept] - explained[:, kept.start - here.start : kept.stop - here.start]
 
-    with concurrent.futures.ThreadPoolExecutor(os.process_cpu_count()) as threads:
+    with concurrent.futures.ThreadPoolExecutor(processors) as threads:
         list(threads.map(clean, range(0, height, part)))
     return result
+
+
+def _whole_blocks(pixels):
+    """Pixels along one side, rounded up to whole blocks."""
+    return max(_BLOCK, pixels + -pixels % _BLOCK)
 
 
 def _moved(rows, by):
@@ -131,76 +138,80 @@ def _moved(rows, by):
 
 
 def _explained(planes, numbers, chosen):
-    """For each row of blocks its rows of pixels, and the noise in them that the modes explain."""
+    """For groups of rows of pixels, which follow each other, the noise in them that the modes explain."""
     _, height, width = planes.shape
-    planes = np.clip(np.nan_to_num(planes), -_BRIGHTEST, _BRIGHTEST)
-    noise = planes - _mean_around(planes)
+    noise = np.clip(np.nan_to_num(planes), -_BRIGHTEST, _BRIGHTEST)
+    noise -= _mean_around(noise)
     size = np.sqrt(_mean_around(np.square(noise)))
-    rows = [slice(top, min(top + _BLOCK, height)) for top in range(0, height, _BLOCK)]
-    waiting, heard = collections.deque(), collections.deque(maxlen=2 * _NEIGHBOURS + 1)
-    heard.extend([None] * _NEIGHBOURS)
-    for row in [*rows, *[None] * _NEIGHBOURS]:
-        if row is None:
-            heard.append(None)
-        else:
-            blocks = _Blocks(noise[:, row], size[:, row], numbers(row), chosen)
-            waiting.append((row, blocks))
-            heard.append(blocks)
-        if len(heard) == heard.maxlen:
-            own, blocks = waiting.popleft()
-            yield own, blocks.explained(heard)[..., :width]
+    group = _whole_blocks(_TOGETHER // width)
+    below = waiting = None
+    for top in range(0, height + group, group):
+        blocks = None
+        if top < height:
+            rows = slice(top, min(top + group, height))
+            blocks = _Blocks(noise[:, rows], size[:, rows], numbers(rows), chosen)
+        if waiting:
+            yield slice(top - group, min(top, height)), waiting.explained(below, blocks)
+        below, waiting = waiting, blocks
 
 
 class _Blocks:
-    """A row of blocks: what its pixels say of the modes' slopes.
+    """Some rows of blocks: what their pixels say of the modes' slopes.
 
-    All arrays start with (columns, planes).
+    All arrays start with (rows, columns).
     """
 
     def __init__(self, noise, size, numbers, chosen):
-        self._rows = noise.shape[1]
+        self._shape = noise.shape
         inside = _in_blocks(np.ones((1, *noise.shape[1:]), np.float32))
-        values = {name: np.moveaxis(_in_blocks(byte), 1, 0) for name, byte in numbers.items()}
-        self.waves = np.empty((len(inside), len(chosen), inside.shape[2]), np.float32)
-        for column, wave in enumerate(modes.waves(chosen, values)):
-            self.waves[:, column] = wave
+        values = {name: np.moveaxis(_in_blocks(byte), 2, 0).astype(np.intp) for name, byte in numbers.items()}
+        self.waves = np.empty((*inside.shape[:2], len(chosen), _BLOCK**2), np.float32)
+        for number, wave in enumerate(modes.waves(chosen, values)):
+            self.waves[:, :, number] = wave
         self.waves[-1] *= inside[-1]
-        if self._rows < _BLOCK:
-            self.waves *= inside
+        self.waves[:, -1] *= inside[:, -1]
         self.size = _in_blocks(size)
         noise = _in_blocks(noise)
-        limit = _OUTLIER * self.size.mean(axis=2, keepdims=True)
+        limit = _OUTLIER * self.size.mean(axis=3, keepdims=True)
         noise = np.clip(noise, -limit, limit)
         # Sums that make slopes, and what is needed to judge them, side by side so that they are summed up at once.
-        self.told = np.concatenate(
-            [
-                noise @ self.waves.swapaxes(1, 2),
-                np.broadcast_to(np.square(self.waves).sum(axis=2)[:, None], (*noise.shape[:2], len(chosen))),
-                np.square(noise).sum(axis=2, keepdims=True),
-                np.broadcast_to(inside.sum(axis=2, keepdims=True), (*noise.shape[:2], 1)),
-            ],
-            axis=2,
-        )
+        products = noise @ self.waves.swapaxes(2, 3)
+        sums = (products.reshape(*products.shape[:2], -1), *(np.square(of).sum(axis=3) for of in (noise, self.waves)))
+        self.told = np.concatenate((*sums, inside.sum(axis=3)), axis=2)
 
-    def explained(self, heard):
-        """The noise that the modes explain, by what the rows of blocks around say: (planes, rows, columns' pixels)."""
-        total = sum(_along(row.told, weights) for weights, row in zip(_WEIGHTS, heard, strict=True) if row is not None)
-        count = self.waves.shape[1]
-        product, power, square, pixels = np.split(total, [count, 2 * count, 2 * count + 1], axis=2)
-        variance = square / np.maximum(pixels, _TINY)
-        slope = product / np.maximum(power, _TINY)
-        # In squares of what chance would make of no slope at all.
-        evidence = np.square(product) / np.maximum(variance * power * np.square(_WEIGHTS).sum(), _TINY)
+    def explained(self, below, above):
+        """The noise that the modes explain, by what the blocks around say: (planes, rows, width), of pixels.
+
+        Parameters
+        ----------
+        below, above : _Blocks or None
+            The rows before and after, if there are any.
+        """
+        planes, height, width = self._shape
+        rows, columns, count, _ = self.waves.shape
+        around = np.zeros((rows + 2 * _NEIGHBOURS, columns + 2 * _NEIGHBOURS, self.told.shape[2]), np.float32)
+        inner = around[:, _NEIGHBOURS:-_NEIGHBOURS]
+        inner[_NEIGHBOURS:-_NEIGHBOURS] = self.told
+        if below:
+            inner[:_NEIGHBOURS] = below.told[-_NEIGHBOURS:]
+        if above:
+            inner[rows + _NEIGHBOURS : rows + _NEIGHBOURS + len(above.told)] = above.told[:_NEIGHBOURS]
+        total = sum(weight * around[shift : shift + rows] for shift, weight in enumerate(_NEARNESS))
+        total = sum(weight * total[:, shift : shift + columns] for shift, weight in enumerate(_NEARNESS))
+        total -= _OWN * self.told
+        product, square, power, pixels = np.split(total, np.cumsum((planes * count, planes, count)), axis=2)
+        product = product.reshape(rows, columns, planes, count)
+        # A picture of a single block has nobody to listen to, only what rounding leaves of itself.
+        variance = square / np.maximum(pixels, 0.1)
+        slope = product / np.maximum(power, _TINY)[:, :, None]
+        # In squares of what chance would make of no slope at all; the weights' squares weigh the chances.
+        chance = variance[..., None] * power[:, :, None] * (_SQUARES / (_NEARNESS.sum() ** 2 - _OWN))
+        evidence = np.square(product) / np.maximum(chance, _TINY)
         slope *= np.maximum(1.0 - _DOUBT / np.maximum(evidence, _DOUBT), 0.0)
-        slope *= evidence.sum(axis=2, keepdims=True) > count + _PROOF * np.sqrt(2.0 * count)
-        scale = np.minimum(self.size / np.sqrt(np.maximum(variance, _TINY)), 1.0)
-        return _from_blocks(scale * (slope @ self.waves))[:, : self._rows]
-
-
-def _along(columns, weights):
-    """Weighted sum of each column's neighbours, and of itself."""
-    padded = np.pad(columns, ((_NEIGHBOURS, _NEIGHBOURS), (0, 0), (0, 0)))
-    return sum(weight * padded[shift : shift + len(columns)] for shift, weight in enumerate(weights))
+        slope *= evidence.sum(axis=3, keepdims=True) > count + _PROOF * np.sqrt(2.0 * count)
+        slope *= pixels[..., None] > 0.1
+        scale = np.minimum(self.size / np.sqrt(np.maximum(variance, _TINY))[..., None], 1.0)
+        return _from_blocks(scale * (slope @ self.waves))[:, :height, :width]
 
 
 def _mean_around(planes):
@@ -216,15 +227,16 @@ def _mean_around(planes):
 
 
 def _in_blocks(planes):
-    """(planes, rows, width), at most a block high, as (columns, planes, pixels); zeros fill the last blocks."""
+    """(planes, height, width) as (rows, columns, planes, pixels); zeros fill the last blocks."""
     count, height, width = planes.shape
-    if height < _BLOCK or width % _BLOCK:
-        planes = np.pad(planes, ((0, 0), (0, _BLOCK - height), (0, -width % _BLOCK)))
-    blocks = planes.reshape(count, _BLOCK, -1, _BLOCK).transpose(2, 0, 1, 3)
-    return blocks.reshape(len(blocks), count, _BLOCK * _BLOCK)
+    if height % _BLOCK or width % _BLOCK:
+        planes = np.pad(planes, ((0, 0), (0, -height % _BLOCK), (0, -width % _BLOCK)))
+    blocks = planes.reshape(count, -(-height // _BLOCK), _BLOCK, -1, _BLOCK).transpose(1, 3, 0, 2, 4)
+    return blocks.reshape(*blocks.shape[:3], _BLOCK**2)
 
 
 def _from_blocks(blocks):
     """The reverse of `_in_blocks`, whole blocks."""
-    columns, count, _ = blocks.shape
-    return blocks.reshape(columns, count, _BLOCK, _BLOCK).transpose(1, 2, 0, 3).reshape(count, _BLOCK, -1)
+    rows, columns, count, _ = blocks.shape
+    planes = blocks.reshape(rows, columns, count, _BLOCK, _BLOCK).transpose(2, 0, 3, 1, 4)
+    return planes.reshape(count, rows * _BLOCK, columns * _BLOCK)

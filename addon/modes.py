@@ -89,15 +89,18 @@ def waves(chosen, numbers):
     float32 array, shape (...)
         One mode's mean over a pixel's samples.
     """
-    count = len(next(iter(numbers.values())))
+    count = len(next(iter(numbers.values()), ()))
     cosines = {factor: np.cos(factor[1] * _ANGLES).astype(np.float32) for mode in chosen for factor in mode}
+    shares = {factor: cosine / np.float32(count) for factor, cosine in cosines.items()}
     for mode in chosen:
-        total = np.float32(0.0)
+        (name, _), *others = mode
+        total = None
         for sample in range(count):
-            product = np.float32(1.0 / count)
-            for name, m in mode:
-                product = product * cosines[name, m][numbers[name][sample]]
-            total = total + product
+            # Clipping does nothing to bytes, but spares a check of each.
+            product = shares[mode[0]].take(numbers[name][sample], mode="clip")
+            for factor in others:
+                product *= cosines[factor].take(numbers[factor[0]][sample], mode="clip")
+            total = product if total is None else total + product
         yield total
 
 

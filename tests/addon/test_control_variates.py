@@ -136,6 +136,8 @@ def test_renders_are_closer_to_the_truth(tmp_path):
 def test_large_pictures_are_worked_at_in_parts(chosen, monkeypatch):
     """What two processors work at takes little beside the result's 4 bytes a pixel and plane."""
     monkeypatch.setattr(os, "process_cpu_count", lambda: 2)
+    monkeypatch.setattr(control_variates, "_PART", 2**13)
+    monkeypatch.setattr(control_variates, "_TOGETHER", 2**11)
     picture = np.ones((2, 4096, 64), np.float32)
     names = ("t", "light.u", "light.v", "light.pick")
 
