@@ -93,11 +93,11 @@ def waves(chosen, numbers):
     cosines = {factor: np.cos(factor[1] * _ANGLES).astype(np.float32) for mode in chosen for factor in mode}
     shares = {factor: cosine / np.float32(count) for factor, cosine in cosines.items()}
     for mode in chosen:
-        (name, _), *others = mode
+        leading, *others = mode
         total = None
         for sample in range(count):
             # Clipping does nothing to bytes, but spares a check of each.
-            product = shares[mode[0]].take(numbers[name][sample], mode="clip")
+            product = shares[leading].take(numbers[leading[0]][sample], mode="clip")
             for factor in others:
                 product *= cosines[factor].take(numbers[factor[0]][sample], mode="clip")
             total = product if total is None else total + product

@@ -187,6 +187,14 @@ def still():
     yield from idle(0.5)
 
 
+def escape(fact):
+    """Press Esc while a render runs, and note how long it takes to end."""
+    start = time.monotonic()
+    press(ESCAPE)
+    yield from until(lambda: not rendering(), RENDER)
+    note(**{fact: round(time.monotonic() - start, 2)})
+
+
 def cancel():
     """F12 for a long render, then Esc."""
     bpy.context.scene.spectral_tiles.samples = 64
@@ -195,10 +203,7 @@ def cancel():
     yield from idle(2)
     shoot("cancel")
     note(was_rendering=rendering())
-    start = time.monotonic()
-    press(ESCAPE)
-    yield from until(lambda: not rendering(), RENDER)
-    note(seconds_to_cancel=round(time.monotonic() - start, 2))
+    yield from escape("seconds_to_cancel")
     press(ESCAPE)
     yield from idle(0.5)
 
@@ -330,10 +335,7 @@ def demo():
     yield from idle(5)
     shoot("demo")
     note(demo_was_rendering=rendering())
-    start = time.monotonic()
-    press(ESCAPE)
-    yield from until(lambda: not rendering(), RENDER)
-    note(seconds_to_cancel_demo=round(time.monotonic() - start, 2))
+    yield from escape("seconds_to_cancel_demo")
     yield from idle(0.5)
     shoot("demo_cancelled")
     press(ESCAPE)
