@@ -20,22 +20,29 @@ import numpy as np
 
 from . import automatic, modes
 
-# Modes that are looked for, and samples a pixel beyond which what is left to explain is not worth the time.
-_MODES = 32
+# Modes that may explain something, and how many of them are used.  And samples a pixel beyond which what is left to
+# explain is not worth the time.
+_CANDIDATES, _MODES = 64, 32
 MOST_SAMPLES = 4
 
 # Pixels a side of the blocks that share their coefficients, and to how many blocks each way a block listens.
 _BLOCK = 8
 _NEIGHBOURS = 2
 
-# How much it listens to each row and column of them; to itself it does not.
+# How much it listens to each row and column of them; to itself it does not.  Then the weights' sum and that of their
+# squares, whose ratio is the number of blocks that have one say.
 _NEARNESS = np.exp(-(np.arange(-_NEIGHBOURS, _NEIGHBOURS + 1) ** 2) / 2.88).astype(np.float32)
 _OWN = _NEARNESS[_NEIGHBOURS] ** 2
+_WEIGHTS = _NEARNESS.sum() ** 2 - _OWN
 _SQUARES = np.square(_NEARNESS).sum() ** 2 - _OWN**2
+_HEARD = float(_WEIGHTS**2 / _SQUARES)
 
 # Pixels of rows of blocks that are worked at together: few enough for a processor's cache.  And pixels that one thread
 # works at, which take some 100 bytes each.
 _TOGETHER, _PART = 2**15, 2**18
+
+# Pixels a side of the tiles, and how many of them, that tell which modes matter in the picture.
+_TILE, _TILES = 64, 32
 
 # What differs from the mean over so many pixels to each side is noise.
 _REACH = 3
@@ -43,10 +50,9 @@ _REACH = 3
 # A difference counts as at most this many times the usual one: a very bright sample must not speak for its whole block.
 _OUTLIER = 4.0
 
-# Squared slopes are believed as far as they exceed chance this many times.  All of a block's are put to the proof: in
-# units of chance, their sum must exceed its mean by so many of its standard deviations, which no edge or texture does.
-_DOUBT = 2.0
-_PROOF = 8.0
+# Evidence counts from so many of its standard deviations above chance, in the picture for a mode and in the blocks
+# around for all modes together: no edge or texture gets there.
+_PROOF = 4.0
 
 # Brighter than this pixels are not told apart, so that no square overflows.
 _BRIGHTEST = np.float32(1e15)
@@ -77,20 +83,18 @@ def of_picture(use, region, plan, sequence):
     ranks, lens_shift = plan.at_film(region)
 
     def taken_out(planes, first, samples):
-        chosen = list(automatic.error_modes(sources, samples, _MODES))
-
-        def numbers(rows):
-            found = automatic.numbers(chosen, ranks[rows], samples, sequence, first)
+        def numbers(window, chosen):
+            found = automatic.numbers(chosen, ranks[window], samples, sequence, first)
             for name in found.keys() & lens_shift.keys():
-                found[name] += lens_shift[name][rows]
+                found[name] += lens_shift[name][window]
             return found
 
-        return without_noise(planes, numbers, chosen)
+        return without_noise(planes, numbers, tuple(automatic.error_modes(sources, samples, _CANDIDATES)))
 
     return taken_out
 
 
-def without_noise(planes, numbers, chosen):
+def without_noise(planes, numbers, candidates):
     """Take out the noise that modes of the random numbers explain.
 
     Parameters
@@ -98,34 +102,69 @@ def without_noise(planes, numbers, chosen):
     planes : float32 array, shape (planes, height, width)
         Radiances, each the mean of one or several samples.
     numbers : callable
-        Rows of the picture (slice) -> dict of dimension to uint8 array, shape (samples, rows, width): leading bytes of
-        the samples' random numbers (`cycles_random.leading_bytes`).
-    chosen : sequence of tuple
-        The modes, as in `modes.variances`.
+        Window of the picture (rows and columns as slices), modes -> dict of dimension to uint8 array, shape (samples,
+        rows, columns): leading bytes of the samples' random numbers (`cycles_random.leading_bytes`), of the dimensions
+        that the modes depend on.
+    candidates : sequence of tuple
+        Modes that may explain something, as in `modes.variances`.
 
     Returns
     -------
     float32 array, shape (planes, height, width)
     """
     _, height, width = planes.shape
-    result = np.empty_like(planes)
     processors = os.process_cpu_count() or 1
     part = min(_whole_blocks(_PART // width), _whole_blocks(-(-height // processors)))
     # Blocks that are listened to, and the pixels around these.
     margin = (_NEIGHBOURS + 1) * _BLOCK
-
-    def clean(top):
-        seen = slice(max(0, top - margin), min(height, top + part + margin))
-        own = slice(top, min(top + part, height))
-        for rows, explained in _explained(planes[:, seen], lambda rows: numbers(_moved(rows, seen.start)), chosen):
-            here = _moved(rows, seen.start)
-            kept = slice(max(here.start, own.start), min(here.stop, own.stop))
-            if kept.start < kept.stop:
-                result[:, kept] = planes[:, kept] - explained[:, kept.start - here.start : kept.stop - here.start]
-
+    result = planes.copy()
     with concurrent.futures.ThreadPoolExecutor(processors) as threads:
-        list(threads.map(clean, range(0, height, part)))
+        chosen, strength = _that_matter(planes, numbers, candidates, threads)
+
+        def clean(top):
+            seen = slice(max(0, top - margin), min(height, top + part + margin))
+            own = slice(top, min(top + part, height))
+
+            def numbers_seen(rows):
+                return numbers((_moved(rows, seen.start), slice(None)), chosen)
+
+            for rows, explained in _explained(planes[:, seen], numbers_seen, chosen, strength):
+                here = _moved(rows, seen.start)
+                kept = slice(max(here.start, own.start), min(here.stop, own.stop))
+                if kept.start < kept.stop:
+                    result[:, kept] -= explained[:, kept.start - here.start : kept.stop - here.start]
+
+        if chosen:
+            list(threads.map(clean, range(0, height, part)))
     return result
+
+
+def _that_matter(planes, numbers, candidates, threads):
+    """The modes that explain most in some tiles of the picture.
+
+    Returns
+    -------
+    chosen : list of tuple
+    strength : float32 array, shape (planes, modes)
+        By how much the squares of their slopes exceed chance, on average, as a multiple of it; 0 if not by enough.
+    """
+    _, height, width = planes.shape
+    corners = [(y, x) for y in range(0, height, _TILE) for x in range(0, width, _TILE)]
+    if len(corners) > _TILES:
+        corners = np.random.default_rng(0).permutation(corners)[:_TILES]
+
+    def look(corner):
+        window = tuple(slice(start, start + _TILE) for start in corner)
+        noise, size = _noise(planes[:, *window])
+        _, evidence, _ = _Blocks(noise, size, numbers(window, candidates), candidates).slopes(None, None)
+        return evidence.sum(axis=(0, 1)), evidence[..., 0, 0].size
+
+    evidence, blocks = map(sum, zip(*threads.map(look, corners), strict=True))
+    strength = evidence / blocks - 1.0
+    strength *= strength > _PROOF * (2.0 * _HEARD / blocks) ** 0.5
+    most = strength.max(axis=0)
+    best = [number for number in np.argsort(-most)[:_MODES] if most[number] > 0.0]
+    return [candidates[number] for number in best], strength[:, best].astype(np.float32)
 
 
 def _whole_blocks(pixels):
@@ -137,12 +176,17 @@ def _moved(rows, by):
     return slice(rows.start + by, rows.stop + by)
 
 
-def _explained(planes, numbers, chosen):
-    """For groups of rows of pixels, which follow each other, the noise in them that the modes explain."""
-    _, height, width = planes.shape
+def _noise(planes):
+    """What differs from the pixels around, and how much does usually."""
     noise = np.clip(np.nan_to_num(planes), -_BRIGHTEST, _BRIGHTEST)
     noise -= _mean_around(noise)
-    size = np.sqrt(_mean_around(np.square(noise)))
+    return noise, np.sqrt(_mean_around(np.square(noise)))
+
+
+def _explained(planes, numbers, chosen, strength):
+    """For groups of rows of pixels, which follow each other, the noise in them that the modes explain."""
+    _, height, width = planes.shape
+    noise, size = _noise(planes)
     group = _whole_blocks(_TOGETHER // width)
     below = waiting = None
     for top in range(0, height + group, group):
@@ -151,7 +195,7 @@ def _explained(planes, numbers, chosen):
             rows = slice(top, min(top + group, height))
             blocks = _Blocks(noise[:, rows], size[:, rows], numbers(rows), chosen)
         if waiting:
-            yield slice(top - group, min(top, height)), waiting.explained(below, blocks)
+            yield slice(top - group, min(top, height)), waiting.explained(below, blocks, strength)
         below, waiting = waiting, blocks
 
 
@@ -179,15 +223,23 @@ class _Blocks:
         sums = (products.reshape(*products.shape[:2], -1), *(np.square(of).sum(axis=3) for of in (noise, self.waves)))
         self.told = np.concatenate((*sums, inside.sum(axis=3)), axis=2)
 
-    def explained(self, below, above):
-        """The noise that the modes explain, by what the blocks around say: (planes, rows, width), of pixels.
+    def slopes(self, below, above):
+        """What the blocks around say: how the noise goes with each mode, and how far this is from chance.
 
         Parameters
         ----------
         below, above : _Blocks or None
             The rows before and after, if there are any.
+
+        Returns
+        -------
+        slope : float32 array, shape (rows, columns, planes, modes)
+        evidence : float32 array, shape (rows, columns, planes, modes)
+            Squares of the slopes; 1 is what chance makes of no slope on average.
+        variance : float32 array, shape (rows, columns, planes)
+            Of the noise.
         """
-        planes, height, width = self._shape
+        planes = self._shape[0]
         rows, columns, count, _ = self.waves.shape
         around = np.zeros((rows + 2 * _NEIGHBOURS, columns + 2 * _NEIGHBOURS, self.told.shape[2]), np.float32)
         inner = around[:, _NEIGHBOURS:-_NEIGHBOURS]
@@ -202,14 +254,32 @@ class _Blocks:
         product, square, power, pixels = np.split(total, np.cumsum((planes * count, planes, count)), axis=2)
         product = product.reshape(rows, columns, planes, count)
         # A picture of a single block has nobody to listen to, only what rounding leaves of itself.
+        alone = pixels <= 0.1
         variance = square / np.maximum(pixels, 0.1)
-        slope = product / np.maximum(power, _TINY)[:, :, None]
-        # In squares of what chance would make of no slope at all; the weights' squares weigh the chances.
-        chance = variance[..., None] * power[:, :, None] * (_SQUARES / (_NEARNESS.sum() ** 2 - _OWN))
+        slope = np.where(alone[..., None], 0.0, product / np.maximum(power, _TINY)[:, :, None])
+        # The weights' squares weigh the chances.
+        chance = variance[..., None] * power[:, :, None] * (_SQUARES / _WEIGHTS)
         evidence = np.square(product) / np.maximum(chance, _TINY)
-        slope *= np.maximum(1.0 - _DOUBT / np.maximum(evidence, _DOUBT), 0.0)
-        slope *= evidence.sum(axis=3, keepdims=True) > count + _PROOF * np.sqrt(2.0 * count)
-        slope *= pixels[..., None] > 0.1
+        return slope, evidence, variance
+
+    def explained(self, below, above, strength):
+        """The noise that the modes explain: (planes, rows, width), of pixels.
+
+        Parameters
+        ----------
+        below, above : _Blocks or None
+            As for `slopes`.
+        strength : float32 array, shape (planes, modes)
+            How far slopes are from chance in the picture.
+        """
+        _, height, width = self._shape
+        slope, evidence, variance = self.slopes(below, above)
+        # How far they are here, all together, weighed by how much of each is true where they are as in the picture.
+        share = strength / (1.0 + strength)
+        excess = (share * (evidence - 1.0)).sum(axis=3, keepdims=True)
+        slope *= excess > _PROOF * np.sqrt(2.0 * np.square(share).sum(axis=1))[:, None]
+        here = strength * (np.maximum(excess, 0.0) / np.maximum((share * strength).sum(axis=1), _TINY)[:, None])
+        slope *= here / (1.0 + here)
         scale = np.minimum(self.size / np.sqrt(np.maximum(variance, _TINY))[..., None], 1.0)
         return _from_blocks(scale * (slope @ self.waves))[:, :height, :width]
 

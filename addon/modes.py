@@ -11,7 +11,7 @@ import math
 import numpy as np
 
 # Half-periods along one dimension, at most.
-_HIGHEST = 3
+_HIGHEST = 6
 
 # Modes that are looked at for the strongest.
 _CANDIDATES = 256
