@@ -15,6 +15,7 @@ far below zero as above.
 
 import concurrent.futures
 import os
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -53,6 +54,9 @@ _OUTLIER = 4.0
 # Evidence counts from so many of its standard deviations above chance, in the picture for a mode and in the blocks
 # around for all modes together: no edge or texture gets there.
 _PROOF = 4.0
+
+# Part of a mode's mean square that others are not to explain, so that numbers stay small.
+_ALIKE = 1e-3
 
 # Brighter than this pixels are not told apart, so that no square overflows.
 _BRIGHTEST = np.float32(1e15)
@@ -119,35 +123,47 @@ def without_noise(planes, numbers, candidates):
     margin = (_NEIGHBOURS + 1) * _BLOCK
     result = planes.copy()
     with concurrent.futures.ThreadPoolExecutor(processors) as threads:
-        chosen, strength = _that_matter(planes, numbers, candidates, threads)
+        found = _survey(planes, numbers, candidates, threads)
 
         def clean(top):
             seen = slice(max(0, top - margin), min(height, top + part + margin))
             own = slice(top, min(top + part, height))
 
             def numbers_seen(rows):
-                return numbers((_moved(rows, seen.start), slice(None)), chosen)
+                return numbers((_moved(rows, seen.start), slice(None)), found.modes)
 
-            for rows, explained in _explained(planes[:, seen], numbers_seen, chosen, strength):
+            for rows, explained in _explained(planes[:, seen], numbers_seen, found):
                 here = _moved(rows, seen.start)
                 kept = slice(max(here.start, own.start), min(here.stop, own.stop))
                 if kept.start < kept.stop:
                     result[:, kept] -= explained[:, kept.start - here.start : kept.stop - here.start]
 
-        if chosen:
+        if found.modes:
             list(threads.map(clean, range(0, height, part)))
     return result
 
 
-def _that_matter(planes, numbers, candidates, threads):
-    """The modes that explain most in some tiles of the picture.
+@dataclass(frozen=True)
+class _Survey:
+    """What explains noise in a picture.
 
-    Returns
-    -------
-    chosen : list of tuple
-    strength : float32 array, shape (planes, modes)
-        By how much the squares of their slopes exceed chance, on average, as a multiple of it; 0 if not by enough.
+    Attributes
+    ----------
+    modes : list of tuple
+    basis : float32 array, shape (directions, modes)
+        Sums of modes that do not go together: several samples of a pixel depend on each other, and so do their modes.
+        Their mean square is 1.
+    strength : float32 array, shape (planes, directions)
+        By how much the squares of their scores (`_Blocks.listen`) exceed chance on average; 0 if not by enough.
     """
+
+    modes: list[tuple]
+    basis: np.ndarray
+    strength: np.ndarray
+
+
+def _survey(planes, numbers, candidates, threads):
+    """Find out in some tiles of the picture what explains most."""
     _, height, width = planes.shape
     corners = [(y, x) for y in range(0, height, _TILE) for x in range(0, width, _TILE)]
     if len(corners) > _TILES:
@@ -156,15 +172,24 @@ def _that_matter(planes, numbers, candidates, threads):
     def look(corner):
         window = tuple(slice(start, start + _TILE) for start in corner)
         noise, size = _noise(planes[:, *window])
-        _, evidence, _ = _Blocks(noise, size, numbers(window, candidates), candidates).slopes(None, None)
-        return evidence.sum(axis=(0, 1)), evidence[..., 0, 0].size
+        blocks = _Blocks(noise, size, numbers(window, candidates), candidates)
+        score, _, _ = blocks.listen(None, None)
+        return blocks.moments(), score.reshape(-1, *score.shape[2:])
 
-    evidence, blocks = map(sum, zip(*threads.map(look, corners), strict=True))
-    strength = evidence / blocks - 1.0
-    strength *= strength > _PROOF * (2.0 * _HEARD / blocks) ** 0.5
-    most = strength.max(axis=0)
-    best = [number for number in np.argsort(-most)[:_MODES] if most[number] > 0.0]
-    return [candidates[number] for number in best], strength[:, best].astype(np.float32)
+    moments, scores = zip(*threads.map(look, corners), strict=True)
+    moments, scores = np.mean(moments, axis=0), np.concatenate(scores)
+    least = _PROOF * (2.0 * _HEARD / len(scores)) ** 0.5
+
+    def strength(basis):
+        excess = np.square(scores @ basis.T).mean(axis=0) - 1.0
+        return np.where(excess > least, excess, 0.0).astype(np.float32)
+
+    each = strength(np.diag(np.diag(moments) ** -0.5)).max(axis=0)
+    best = [number for number in np.argsort(-each)[:_MODES] if each[number] > 0.0]
+    scores, moments = scores[..., best], moments[np.ix_(best, best)]
+    # A direction that is all but a sum of those before it is left to itself.
+    basis = np.linalg.inv(np.linalg.cholesky(moments + _ALIKE * np.diag(np.diag(moments))))
+    return _Survey([candidates[number] for number in best], basis.astype(np.float32), strength(basis))
 
 
 def _whole_blocks(pixels):
@@ -183,7 +208,7 @@ def _noise(planes):
     return noise, np.sqrt(_mean_around(np.square(noise)))
 
 
-def _explained(planes, numbers, chosen, strength):
+def _explained(planes, numbers, survey):
     """For groups of rows of pixels, which follow each other, the noise in them that the modes explain."""
     _, height, width = planes.shape
     noise, size = _noise(planes)
@@ -193,9 +218,9 @@ def _explained(planes, numbers, chosen, strength):
         blocks = None
         if top < height:
             rows = slice(top, min(top + group, height))
-            blocks = _Blocks(noise[:, rows], size[:, rows], numbers(rows), chosen)
+            blocks = _Blocks(noise[:, rows], size[:, rows], numbers(rows), survey.modes)
         if waiting:
-            yield slice(top - group, min(top, height)), waiting.explained(below, blocks, strength)
+            yield slice(top - group, min(top, height)), waiting.explained(below, blocks, survey)
         below, waiting = waiting, blocks
 
 
@@ -218,13 +243,18 @@ class _Blocks:
         noise = _in_blocks(noise)
         limit = _OUTLIER * self.size.mean(axis=3, keepdims=True)
         noise = np.clip(noise, -limit, limit)
-        # Sums that make slopes, and what is needed to judge them, side by side so that they are summed up at once.
+        # Sums that make scores, side by side so that they are summed up at once.
         products = noise @ self.waves.swapaxes(2, 3)
-        sums = (products.reshape(*products.shape[:2], -1), *(np.square(of).sum(axis=3) for of in (noise, self.waves)))
-        self.told = np.concatenate((*sums, inside.sum(axis=3)), axis=2)
+        sums = (products.reshape(*products.shape[:2], -1), np.square(noise).sum(axis=3), inside.sum(axis=3))
+        self.told = np.concatenate(sums, axis=2)
 
-    def slopes(self, below, above):
-        """What the blocks around say: how the noise goes with each mode, and how far this is from chance.
+    def moments(self):
+        """Mean products of the modes: (modes, modes)."""
+        flat = self.waves.swapaxes(2, 3).reshape(-1, self.waves.shape[2])
+        return flat.T @ flat / self.told[..., -1].sum()
+
+    def listen(self, below, above):
+        """What the blocks around say of the noise.
 
         Parameters
         ----------
@@ -233,11 +263,13 @@ class _Blocks:
 
         Returns
         -------
-        slope : float32 array, shape (rows, columns, planes, modes)
-        evidence : float32 array, shape (rows, columns, planes, modes)
-            Squares of the slopes; 1 is what chance makes of no slope on average.
-        variance : float32 array, shape (rows, columns, planes)
-            Of the noise.
+        score : float32 array, shape (rows, columns, planes, modes)
+            How the noise goes with each mode; of a mode with a mean square of 1 that it does not go with, chance makes
+            the score's mean square 1.
+        chance : float32 array, shape (rows, columns)
+            The part of the noise's standard deviation that a score of 1 stands for.
+        deviation : float32 array, shape (rows, columns, planes)
+            The noise's standard deviation.
         """
         planes = self._shape[0]
         rows, columns, count, _ = self.waves.shape
@@ -251,37 +283,37 @@ class _Blocks:
         total = sum(weight * around[shift : shift + rows] for shift, weight in enumerate(_NEARNESS))
         total = sum(weight * total[:, shift : shift + columns] for shift, weight in enumerate(_NEARNESS))
         total -= _OWN * self.told
-        product, square, power, pixels = np.split(total, np.cumsum((planes * count, planes, count)), axis=2)
-        product = product.reshape(rows, columns, planes, count)
-        # A picture of a single block has nobody to listen to, only what rounding leaves of itself.
-        alone = pixels <= 0.1
-        variance = square / np.maximum(pixels, 0.1)
-        slope = np.where(alone[..., None], 0.0, product / np.maximum(power, _TINY)[:, :, None])
+        product, square, pixels = np.split(total, np.cumsum((planes * count, planes)), axis=2)
         # The weights' squares weigh the chances.
-        chance = variance[..., None] * power[:, :, None] * (_SQUARES / _WEIGHTS)
-        evidence = np.square(product) / np.maximum(chance, _TINY)
-        return slope, evidence, variance
+        square, ratio = np.maximum(square, 0.0), np.float32(_SQUARES / _WEIGHTS)
+        score = product.reshape(rows, columns, planes, count) / np.maximum(np.sqrt(ratio * square), _TINY)[..., None]
+        # A picture of a single block has nobody to listen to, only what rounding leaves of itself.
+        pixels = np.where(pixels > 0.1, pixels, np.float32(np.inf))
+        chance, deviation = np.sqrt(ratio / pixels), np.sqrt(square / pixels)
+        return score, chance[..., 0], deviation
 
-    def explained(self, below, above, strength):
+    def explained(self, below, above, survey):
         """The noise that the modes explain: (planes, rows, width), of pixels.
 
         Parameters
         ----------
         below, above : _Blocks or None
-            As for `slopes`.
-        strength : float32 array, shape (planes, modes)
-            How far slopes are from chance in the picture.
+            As for `listen`.
+        survey : _Survey
         """
         _, height, width = self._shape
-        slope, evidence, variance = self.slopes(below, above)
-        # How far they are here, all together, weighed by how much of each is true where they are as in the picture.
+        score, chance, deviation = self.listen(below, above)
+        score @= survey.basis.T
+        # How far scores are from chance here, all together, weighed by how much of each is true where all is usual.
+        strength = survey.strength
         share = strength / (1.0 + strength)
-        excess = (share * (evidence - 1.0)).sum(axis=3, keepdims=True)
-        slope *= excess > _PROOF * np.sqrt(2.0 * np.square(share).sum(axis=1))[:, None]
+        excess = (share * (np.square(score) - 1.0)).sum(axis=3, keepdims=True)
+        score *= excess > _PROOF * np.sqrt(2.0 * np.square(share).sum(axis=1))[:, None]
         here = strength * (np.maximum(excess, 0.0) / np.maximum((share * strength).sum(axis=1), _TINY)[:, None])
-        slope *= here / (1.0 + here)
-        scale = np.minimum(self.size / np.sqrt(np.maximum(variance, _TINY))[..., None], 1.0)
-        return _from_blocks(scale * (slope @ self.waves))[:, :height, :width]
+        score *= here / (1.0 + here)
+        slope = (chance[..., None, None] * score) @ survey.basis
+        size = np.minimum(self.size, deviation[..., None])
+        return _from_blocks(size * (slope @ self.waves))[:, :height, :width]
 
 
 def _mean_around(planes):
