@@ -24,7 +24,7 @@ from . import automatic, modes
 # Modes that may explain something, and how many of them are used.  And samples a pixel beyond which what is left to
 # explain is not worth the time.
 _CANDIDATES, _MODES = 64, 32
-MOST_SAMPLES = 4
+MOST_SAMPLES = 8
 
 # Pixels a side of the blocks that share their coefficients, and to how many blocks each way a block listens.
 _BLOCK = 8
@@ -51,9 +51,9 @@ _REACH = 3
 # A difference counts as at most this many times the usual one: a very bright sample must not speak for its whole block.
 _OUTLIER = 4.0
 
-# Evidence counts from so many of its standard deviations above chance, in the picture for a mode and in the blocks
-# around for all modes together: no edge or texture gets there.
-_PROOF = 4.0
+# Evidence counts that chance makes once in exp of this many times: that of a mode in the picture, and that of all modes
+# together in the blocks around.
+_PROOF = 10.0
 
 # Part of a mode's mean square that others are not to explain, so that numbers stay small.
 _ALIKE = 1e-3
@@ -178,7 +178,7 @@ def _survey(planes, numbers, candidates, threads):
 
     moments, scores = zip(*threads.map(look, corners), strict=True)
     moments, scores = np.mean(moments, axis=0), np.concatenate(scores)
-    least = _PROOF * (2.0 * _HEARD / len(scores)) ** 0.5
+    least = _most_by_chance(_HEARD / len(scores), _HEARD / len(scores))
 
     def strength(basis):
         excess = np.square(scores @ basis.T).mean(axis=0) - 1.0
@@ -190,6 +190,15 @@ def _survey(planes, numbers, candidates, threads):
     # A direction that is all but a sum of those before it is left to itself.
     basis = np.linalg.inv(np.linalg.cholesky(moments + _ALIKE * np.diag(np.diag(moments))))
     return _Survey([candidates[number] for number in best], basis.astype(np.float32), strength(basis))
+
+
+def _most_by_chance(squares, largest):
+    """How far above its mean chance puts a weighted sum of squares of normal deviates once in exp(`_PROOF`) times.
+
+    At most, by the weights' squares and the largest weight: Laurent and Massart, "Adaptive estimation of a quadratic
+    functional by model selection" (2000), lemma 1.
+    """
+    return 2.0 * np.sqrt(_PROOF * squares) + 2.0 * _PROOF * largest
 
 
 def _whole_blocks(pixels):
@@ -308,7 +317,7 @@ class _Blocks:
         strength = survey.strength
         share = strength / (1.0 + strength)
         excess = (share * (np.square(score) - 1.0)).sum(axis=3, keepdims=True)
-        score *= excess > _PROOF * np.sqrt(2.0 * np.square(share).sum(axis=1))[:, None]
+        score *= excess > _most_by_chance(np.square(share).sum(axis=1), share.max(axis=1))[:, None]
         here = strength * (np.maximum(excess, 0.0) / np.maximum((share * strength).sum(axis=1), _TINY)[:, None])
         score *= here / (1.0 + here)
         slope = (chance[..., None, None] * score) @ survey.basis
