@@ -54,6 +54,18 @@ class CellPlan:
         """Period of the pattern, in pixels."""
         return len(self.offset)
 
+    def drawn(self, region):
+        """What Cycles draws at the pixels of a region (Region), as `control_variates.of_picture` takes it."""
+        x, y = ((np.arange(size) + corner) % self.side for size, corner in zip(region.size, region.corner, strict=True))
+
+        def found(window, chosen, samples, first):
+            dims = sorted({name for mode in chosen for name, _ in mode})
+            values = shared_sequence.values(dims, self.count, self.seed)[self.offset[..., first : first + samples]]
+            leading = (256.0 * values).astype(np.uint8)[y[window[0], None], x[window[1]]]
+            return dict(zip(dims, np.moveaxis(leading, (-1, -2), (0, 1)), strict=True))
+
+        return found
+
 
 def side(samples):
     """Period of the pattern that `arranged` makes for that many samples a pixel, in pixels."""
