@@ -138,6 +138,14 @@ def _check_rates(scene, layer):
         raise Refused("Sub-renders take the same samples everywhere; set Adaptive to Off, or Driver to Gather")
 
 
+def _check_culling(scene, layer):
+    if scene.render.use_simplify and scene.cycles.use_camera_cull:
+        raise Refused(
+            "Camera Culling cannot be done by sub-renders, each of which sees more than the picture; "
+            "switch it off (Simplify), or render with Cycles"
+        )
+
+
 def _check_count(scene, layer):
     count = sub_renders(scene)
     if count > _MOST:
@@ -148,7 +156,9 @@ def _check_count(scene, layer):
 
 
 # Each raises `Refused` if a scene's view layer cannot be rendered this way.  The panel asks them all beforehand.
-CHECKS = (_check_camera, _check_passes, _check_rates, library.check, _check_count, denoising.check)
+CHECKS = (
+    _check_camera, _check_passes, _check_rates, _check_culling, library.check, _check_count, denoising.check,
+)  # fmt: skip
 
 
 def sub_renders(scene):

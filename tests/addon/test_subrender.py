@@ -294,6 +294,49 @@ def test_animated_light_is_blurred(tmp_path):
     assert native[..., 0].mean() == pytest.approx(8.0 * lit, rel=0.01)
 
 
+def glow(plane):
+    """Brightens with the time."""
+    tree = plane.data.materials[0].node_tree
+    strength = next(node for node in tree.nodes if node.type == "EMISSION").inputs["Strength"]
+    for frame, value in ((1, 0.0), (2, 2.0)):
+        strength.default_value = value
+        strength.keyframe_insert("default_value", frame=frame)
+    rendering.make_linear(tree)
+
+
+def vanish(plane):
+    """Is there for the first half of the time."""
+    for frame, hidden in ((1, False), (1.5, True)):
+        plane.hide_render = hidden
+        plane.keyframe_insert("hide_render", frame=frame)
+
+
+def fall_apart(plane):
+    """Loses its faces after half of the time."""
+    mask = plane.modifiers.new("Mask", "MASK")
+    mask.vertex_group = plane.vertex_groups.new(name="None").name
+    for frame, shown in ((1, False), (1.5, True)):
+        mask.show_render = shown
+        mask.keyframe_insert("show_render", frame=frame)
+
+
+@pytest.mark.parametrize("change", [glow, vanish, fall_apart])
+def test_whatever_changes_is_blurred(tmp_path, change):
+    """Materials, visibility and topology, of which Cycles takes one moment's state."""
+    scene = rendering.empty_scene(8, 8)
+    rendering.add_camera(type="ORTHO", ortho_scale=1)
+    change(rendering.add_plane(4, rendering.emission()))
+    scene.frame_set(1)
+    scene.render.use_motion_blur = True
+    scene.render.motion_blur_shutter, scene.render.motion_blur_position = 1.0, "START"
+    use_sub_renders()
+    ours, native = (rendering.beauty(rendering.render(tmp_path, engine)) for engine in reversed(rendering.ENGINES))
+    seen = np.unique(ours[..., 0].round(2))
+    assert len(seen) == (16 if change is glow else 2)
+    assert ours[..., 0].mean() == pytest.approx({glow: 1.0, vanish: 0.5, fall_apart: 0.5}[change], abs=0.07)
+    assert np.ptp(native[..., 0]) < 1e-3
+
+
 def moving_scene():
     scenes.moving_camera_with_open_lens()
     scene = use_sub_renders()
@@ -378,6 +421,10 @@ def two_cameras_of_one_kind(scene):
     rendering.add(scene.camera.data, (1, 0, 5)).name = "Camera_R"
 
 
+def cull_by_camera(scene):
+    scene.render.use_simplify = scene.cycles.use_camera_cull = True
+
+
 def cryptomatte_at_two_samples(scene):
     scene.spectral_tiles.samples = 2
     bpy.context.view_layer.use_pass_cryptomatte_object = True
@@ -389,6 +436,7 @@ def cryptomatte_at_two_samples(scene):
         (lambda scene: setattr(scene.spectral_tiles, "adaptive", "BUDGET"), "Adaptive"),
         (lambda scene: setattr(scene.cycles, "rolling_shutter_type", "TOP"), "rolling shutter"),
         (lambda scene: setattr(scene.camera.data, "type", "CUSTOM"), "custom"),
+        (cull_by_camera, "Camera Culling"),
         (two_cameras_of_one_kind, "share the data"),
         (lambda scene: setattr(bpy.context.view_layer, "use_pass_vector", True), "Vector pass"),
         (cryptomatte_at_two_samples, "Cryptomatte"),
