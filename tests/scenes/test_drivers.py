@@ -16,8 +16,8 @@ SCENES = (
     builders.camera_inside_a_volume, builders.dome,
 )  # fmt: skip
 
-# How much more error may be left after a Gaussian of a pixel.  In haze around the camera, two points of the sequence that
-# pixels share complement each other less (correlation -0.28) than two of Cycles' blue noise (-0.55).
+# How much more error may be left after a Gaussian of a pixel.  In haze around the camera, two points of the sequence
+# that pixels share complement each other less (correlation -0.28) than two of Cycles' blue noise (-0.55).
 AT_MOST = {builders.camera_inside_a_volume: 1.3}
 
 
@@ -41,7 +41,7 @@ def squared_errors(images, sigma):
 def test_sub_renders_agree_with_gather(tmp_path, monkeypatch, build):
     """In expectation; in the mean square error of a pixel, to a tenth; of a Gaussian of a pixel, it is no more.
 
-    Sixty-four sub-renders a picture, not 256, for the sake of time: the error of a pixel does not depend on it, but that
+    Sixty-four sub-renders a picture, not 256, for the sake of time: the error of a pixel does not depend on it, but
     control variates need more; both go without.
     """
     monkeypatch.setattr(cell_plan, "_DIFFERENT", 64)
