@@ -207,6 +207,31 @@ def numbers(chosen, ranks, samples, sequence, first=0):
     return cycles_random.leading_bytes(ranks * np.uint32(sequence) + steps, dims)
 
 
+def drawn(plan, region, sequence):
+    """What Cycles draws at the film pixels of a plan, as `control_variates.of_picture` takes it.
+
+    Parameters
+    ----------
+    plan : plan.Plan
+    region : addon.region.Region
+    sequence : int
+        Samples a pixel of Cycles' whole sequence.
+
+    Returns
+    -------
+    callable
+    """
+    ranks, lens_shift = plan.at_film(region)
+
+    def found(window, chosen, samples, first):
+        values = numbers(chosen, ranks[window], samples, sequence, first)
+        for name in values.keys() & lens_shift.keys():
+            values[name] += lens_shift[name][window]
+        return values
+
+    return found
+
+
 def _aligned(part, start):
     """Absolute coordinates of a part of the region that starts at `start`, out to the next multiples of `ALIGNMENT`."""
     first, last = part.start + start, part.stop + start

@@ -264,25 +264,44 @@ def replace(scene, views, region, plan_path):
     Refused
         The camera's shader cannot be compiled.
     """
-    render = scene.render
     filter_scale, box = _set_filter(scene.cycles)
+    parameters = {
+        "plan": plan_path,
+        "region": (*map(float, region.corner), 0.0),
+        "region_size": (*map(float, region.size), 1.0),
+        "filter_scale": filter_scale,
+        "box_filter": int(box),
+    }
     for data in {view.camera.data for view in views.values()}:
-        film = _film(data, *region.frame, (render.pixel_aspect_x, render.pixel_aspect_y))
-        parameters = _lens(data, film) | {
-            "plan": plan_path,
-            "region": (*map(float, region.corner), 0.0),
-            "region_size": (*map(float, region.size), 1.0),
-            "frame_size": (*map(float, region.frame), 1.0),
-            "filter_scale": filter_scale,
-            "box_filter": int(box),
-        }
-        if _is_stereo(render):
-            parameters |= _split_eyes(data)
-        for name in list(data.cycles_custom.keys()):
-            del data.cycles_custom[name]
-        for name, value in parameters.items():
-            data.cycles_custom[name] = value
-        _make_custom(data, film)
+        _make_custom(data, scene.render, region, _film_of(data, scene.render, region), parameters)
+
+
+def enlarge(written, data, render, region, side):
+    """Make the film of a panoramic camera larger about its middle, without a plan.
+
+    Parameters
+    ----------
+    written : Overwritten
+    data : bpy.types.Camera
+        Evaluated.  Its shift must be set afterwards.
+    render : bpy.types.RenderSettings
+    region : addon.region.Region
+        The pixels that are rendered.
+    side : int
+        How many times as large.
+    """
+    written.keep(data, "type", "custom_mode", "custom_bytecode", "custom_bytecode_hash", "shift_x", "shift_y")
+    written.keep(data, "sensor_width")
+    written.keep(data.stereo, "use_spherical_stereo", "pivot", "convergence_mode", "convergence_distance")
+    data.shift_x = data.shift_y = 0.0
+    film = _film_of(data, render, region)
+    corner = tuple(at - 0.5 * (side - 1) * size for at, size in zip(film.corner, film.size, strict=True))
+    film = film._replace(corner=corner, size=tuple(side * size for size in film.size))
+    _make_custom(data, render, region, film, {})
+
+
+def _film_of(data, render, region):
+    return _film(data, *region.frame, (render.pixel_aspect_x, render.pixel_aspect_y))
 
 
 def _lens(data, film):
@@ -341,8 +360,15 @@ def _split_eyes(data):
     return parameters
 
 
-def _make_custom(data, film):
-    """Give the camera our shader, which knows the rest by its parameters."""
+def _make_custom(data, render, region, film, parameters):
+    """Give the camera our shader, which knows the rest by its parameters, these and those of film and lens."""
+    parameters = _lens(data, film) | {"frame_size": (*map(float, region.frame), 1.0)} | parameters
+    if _is_stereo(render):
+        parameters |= _split_eyes(data)
+    for name in list(data.cycles_custom.keys()):
+        del data.cycles_custom[name]
+    for name, value in parameters.items():
+        data.cycles_custom[name] = value
     if data.type != "PANO":
         # Cycles measures the clip distances of a custom camera along the ray instead of the axis.  The shader starts
         # the ray at the near clip itself; the far one is kept just far enough that no corner of the film loses

@@ -1,18 +1,19 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The camera of one cell: a pinhole at one point of the lens, whose raster shows one pixel of each period.
+"""The camera of one cell: its raster shows one pixel of each period, through one point of the lens.
 
-It is the scene's own camera, written to on its evaluated copy, so it needs no Open Shading Language.  The film is
-that of `blender_camera_viewplane()`, the lens that of `kernel/camera/camera.h`.
+It is the scene's own camera, written to on its evaluated copy, so it needs no Open Shading Language but for panoramas
+whose film has no number for its size.  The film is that of `blender_camera_viewplane()`, the lens that of
+`kernel/camera/camera.h`.
 """
 
 import numpy as np
 
-from . import exposure
+from . import camera, driver, exposure
 from .failure import Refused
 from .region import Region
 
-# Panoramas whose film can be made larger than the frame: by the sensor's size, or by the range that is seen.  (That of
-# an equirectangular one ends at the poles.)
+# Panoramas whose film Cycles itself can make larger than the frame: by the sensor's size, or by the range that is seen.
+# (That of an equirectangular one ends at the poles; the others have no number for it in `kernel/camera/projection.h`.)
 _BY_SENSOR = {"FISHEYE_EQUISOLID", "FISHEYE_LENS_POLYNOMIAL"}
 _BY_RANGE = {"CENTRAL_CYLINDRICAL"}
 # In a square frame this is a polynomial of the first degree.
@@ -25,29 +26,17 @@ def check(scene, made):
         raise Refused("Cannot render, no camera in the scene")
     if made.type != "CAMERA":
         raise Refused(f'"{made.name}" is not a camera; make a camera object the scene\'s camera')
-    data, way_out = made.data, "use another camera, or set Driver to Gather"
+    data = made.data
     if data.type == "CUSTOM":
-        raise Refused(f'Camera "{made.name}" is custom (OSL), which sub-renders cannot give; {way_out}')
-    if data.type == "PANO":
-        width, height = _ratio(Region.of_render(scene.render).frame, scene.render)
-        if data.panorama_type not in _BY_SENSOR | _BY_RANGE | (_BY_SENSOR_IF_SQUARE if width == height else set()):
-            kind = data.bl_rna.properties["panorama_type"].enum_items[data.panorama_type].name
-            raise Refused(f'Camera "{made.name}" is panoramic ({kind}), which sub-renders cannot give; {way_out}')
-        if data.dof.use_dof:
-            raise Refused(
-                f'Panoramic camera "{made.name}" has depth of field, which sub-renders cannot give; '
-                "switch it off, or set Driver to Gather"
-            )
-    if data.dof.use_dof and _focus_distance(made) == 0.0:
         raise Refused(
-            f'Camera "{made.name}" is focused on itself, which sub-renders cannot give; '
-            "raise its Focus Distance, or set Driver to Gather"
+            f'Camera "{made.name}" is custom (OSL), of which sub-renders cannot take single pixels; '
+            "use another lens type, or render with Cycles"
         )
-    is_stereo = scene.render.use_multiview and scene.render.views_format == "STEREO_3D"
-    if is_stereo and data.dof.use_dof and data.stereo.convergence_mode == "TOE":
+    if not _can_be_enlarged(data, Region.of_render(scene.render).frame, scene.render) and driver.why_not_gather(scene):
+        kind = data.bl_rna.properties["panorama_type"].enum_items[data.panorama_type].name
         raise Refused(
-            f'Camera "{made.name}" has depth of field and Toe-In stereoscopy, which sub-renders cannot give together; '
-            "switch one off, or set Driver to Gather"
+            f'Camera "{made.name}" is panoramic ({kind}), which sub-renders give by Open Shading Language only; '
+            "use another camera, or render with Cycles"
         )
     if scene.render.use_motion_blur and scene.cycles.rolling_shutter_type != "NONE":
         raise Refused("A rolling shutter cannot be rendered by sub-renders; set it to None, or render with Cycles")
@@ -96,10 +85,24 @@ def aim(written, made, render, region, side, first, lens_numbers):
     # Raster position p shows the film position first + side * (p - raster).
     raster = np.add(region.corner, 0.5)
     shift = (data.shift_x, data.shift_y) + span * ((first + side * (0.5 * frame - raster)) / frame - 0.5)
-    if data.dof.use_dof:
+    if _stops_down(made, render):
         shift = shift - _stop_down(written, made, lens_numbers)
+    if _can_be_enlarged(data, frame, render):
+        _enlarge(written, data, side)
+    else:
+        camera.enlarge(written, data, render, region, side)
     written.set(data, shift_x=shift[0] / side, shift_y=shift[1] / side)
-    _enlarge(written, data, side)
+
+
+def _stops_down(made, render):
+    """Whether the lens is open, and a pinhole at one of its points sees what that point does.
+
+    Otherwise Cycles' own lens stays: all pixels of a sub-render draw the same point there, too, that of the sequence.
+    """
+    dof, stereo = made.data.dof, made.data.stereo
+    # Blender turns eyes that toe in where they stand.
+    is_turned = render.use_multiview and render.views_format == "STEREO_3D" and stereo.convergence_mode == "TOE"
+    return dof.use_dof and made.data.type != "PANO" and not is_turned and _focus_distance(made) > 0.0
 
 
 def _stop_down(written, made, lens_numbers):
@@ -135,6 +138,13 @@ def _stop_down(written, made, lens_numbers):
 def _ratio(frame, render):
     """Width and height of the frame, to be compared."""
     return np.multiply(frame, (render.pixel_aspect_x, render.pixel_aspect_y))
+
+
+def _can_be_enlarged(data, frame, render):
+    """Whether Cycles itself can make the film of this camera larger than the frame."""
+    ratio = _ratio(frame, render)
+    by_sensor = _BY_SENSOR | (_BY_SENSOR_IF_SQUARE if ratio[0] == ratio[1] else set())
+    return data.type != "PANO" or data.panorama_type in by_sensor | _BY_RANGE
 
 
 def _enlarge(written, data, side):

@@ -11,6 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from . import automatic, modes, shared_sequence
+from .arrangement import ALIGNMENT, arrange
 from .matching import match
 from .tile_plan import evenly_spread
 
@@ -22,9 +23,8 @@ _SIDES = (4, 8, 16)
 # Samples of a cell that are looked at; what more of them leave is not seen, and takes seconds to weigh.
 _WEIGHED = 256
 
-# Modes of the error that are weighed, and the change of it below which a swap is rounding.
+# Modes of the error that are weighed.
 _MODES = 24
-_WORTHWHILE = 1e-5
 
 
 @dataclass(frozen=True)
@@ -54,6 +54,18 @@ class CellPlan:
         """Period of the pattern, in pixels."""
         return len(self.offset)
 
+    def drawn(self, region):
+        """What Cycles draws at the pixels of a region (Region), as `control_variates.of_picture` takes it."""
+        x, y = ((np.arange(size) + corner) % self.side for size, corner in zip(region.size, region.corner, strict=True))
+
+        def found(window, chosen, samples, first):
+            dims = sorted({name for mode in chosen for name, _ in mode})
+            values = shared_sequence.values(dims, self.count, self.seed)[self.offset[..., first : first + samples]]
+            leading = (256.0 * values).astype(np.uint8)[y[window[0], None], x[window[1]]]
+            return dict(zip(dims, np.moveaxis(leading, (-1, -2), (0, 1)), strict=True))
+
+        return found
+
 
 def side(samples):
     """Period of the pattern that `arranged` makes for that many samples a pixel, in pixels."""
@@ -82,7 +94,7 @@ def arranged(use, samples, seed, frame=None):
     shares = automatic.shares(use)
     dims = sorted({name for groups, _ in shares for name in itertools.chain(*groups)})
     _, first_seed, place = automatic.place_in_group(seed, frame)
-    order, error_modes, before = np.arange(cells), None, 0.0
+    order, error_modes, before = _curve(side(samples)), None, None
     for cycles_seed in range(first_seed, first_seed + place + 1):
         if shares:
             values = shared_sequence.values(dims, count, cycles_seed)[: cells * samples]
@@ -91,7 +103,7 @@ def arranged(use, samples, seed, frame=None):
             error_modes = error_modes or modes.strongest(modes.variances(shares), numbers, _MODES)
             features = np.stack(list(modes.features(error_modes, numbers)), axis=-1)
             order = _placed(features, side(samples), before)
-            before = before + automatic.WEIGHT * features[order]
+            before = (0.0 if before is None else before) + np.float32(automatic.WEIGHT) * features[order]
     return _plan(order.reshape(side(samples), -1), samples, cycles_seed, count)
 
 
@@ -138,46 +150,35 @@ def _plan(order, samples, seed, count):
     return CellPlan(seed, count, offset, numbers[..., 0].copy(), numbers[..., 1:3].copy(), numbers[..., 3:].copy())
 
 
-def _placed(error_features, side, before):
-    """Which block of points each cell gets: swaps, while they lower the visible error.
+def _curve(side):
+    """Cycles' own order of the cells, row by row: a Z-curve, int array of shape (side * side,)."""
+    y, x = np.divmod(np.arange(side * side), side)
+    return sum(((x >> bit & 1) << 2 * bit) | ((y >> bit & 1) << 2 * bit + 1) for bit in range(side.bit_length()))
 
-    The error is that of `addon.arrangement`, on a torus.  It starts from Cycles' own order, a Z-curve.
+
+def _placed(error_features, side, before):
+    """Which block of points each cell gets: Cycles' own order, rearranged as `addon.arrangement` does it.
 
     Parameters
     ----------
     error_features : float32 array, shape (side * side, modes)
         Of the blocks, in the order of the sequence.
     side : int
-    before : float32 array, shape (side * side, modes), or 0
+    before : float32 array, shape (side * side, modes), or None
         Features of the cells in earlier pictures; the error is that of them all.
 
     Returns
     -------
     int array, shape (side * side,)
     """
-    y, x = np.divmod(np.arange(side * side), side)
-    order = sum(((x >> bit & 1) << 2 * bit) | ((y >> bit & 1) << 2 * bit + 1) for bit in range(side.bit_length()))
 
-    def squared(a):
-        distance = np.abs(np.subtract.outer(a, a))
-        return np.minimum(distance, side - distance) ** 2
+    def repeated(cells):
+        return np.tile(cells.reshape(side, side), (ALIGNMENT // side,) * 2)
 
-    # The autocorrelation of a Gaussian of one pixel.
-    seen = np.exp(-(squared(y) + squared(x)) / 4.0)
-    placed = error_features[order]
-    field = seen @ (placed + before)
-    improved = True
-    while improved:
-        improved = False
-        for cell in range(side * side):
-            # Half the change of energy when this cell swaps its block with each other one.
-            difference = placed[cell] - placed
-            change = np.einsum("nm,nm->n", field - field[cell], difference)
-            change += (1.0 - seen[cell]) * np.einsum("nm,nm->n", difference, difference)
-            other = np.argmin(change)
-            if change[other] < -_WORTHWHILE:
-                field += np.outer(seen[other] - seen[cell], difference[other])
-                both = [cell, other]
-                placed[both], order[both] = placed[both[::-1]], order[both[::-1]]
-                improved = True
-    return order
+    ranks = repeated(_curve(side)).astype(np.uint32)
+    features = (repeated(feature) for feature in error_features[_curve(side)].T)
+    seen = None if before is None else [repeated(feature) for feature in before.T]
+    order = arrange(features, error_features.shape[1], ranks, np.ones(ranks.shape, bool), seen)
+    # A period in the middle: those at the edge see nothing beyond it.
+    middle = slice(ALIGNMENT // 2, ALIGNMENT // 2 + side)
+    return ranks.ravel()[order[middle, middle]].astype(int).ravel()

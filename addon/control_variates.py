@@ -30,13 +30,9 @@ MOST_SAMPLES = 8
 _BLOCK = 8
 _NEIGHBOURS = 2
 
-# How much it listens to each row and column of them; to itself it does not.  Then the weights' sum and that of their
-# squares, whose ratio is the number of blocks that have one say.
-_NEARNESS = np.exp(-(np.arange(-_NEIGHBOURS, _NEIGHBOURS + 1) ** 2) / 2.88).astype(np.float32)
-_OWN = _NEARNESS[_NEIGHBOURS] ** 2
-_WEIGHTS = _NEARNESS.sum() ** 2 - _OWN
-_SQUARES = np.square(_NEARNESS).sum() ** 2 - _OWN**2
-_HEARD = float(_WEIGHTS**2 / _SQUARES)
+# How much it listens to each row and column of them; to itself, and to blocks with its own numbers, it does not.
+_AWAY = np.arange(-_NEIGHBOURS, _NEIGHBOURS + 1)
+_NEARNESS = np.exp(-(_AWAY**2) / 2.88).astype(np.float32)
 
 # Pixels of rows of blocks that are worked at together: few enough for a processor's cache.  And pixels that one thread
 # works at, which take some 100 bytes each.
@@ -64,41 +60,35 @@ _BRIGHTEST = np.float32(1e15)
 _TINY = np.float32(1e-20)
 
 
-def of_picture(use, region, plan, sequence):
+def of_picture(use, drawn, period=0):
     """What takes the explained noise out of a picture.
 
     Parameters
     ----------
     use : analysis.SceneUse
-    region : addon.region.Region
-    plan : plan.Plan
-    sequence : int
-        Samples a pixel of Cycles' whole sequence.
+    drawn : callable
+        Window of the picture, modes, number of samples, first one -> the `numbers` of `without_noise`.
+    period : int
+        As `without_noise` takes it.
 
     Returns
     -------
     callable or None
         Planes (planes, height, width) of a picture by the plan, first sample, number of samples -> planes.  None if
-        nothing is left to chance.
+        nothing is left to chance, or no block has other numbers.
     """
     sources = tuple(automatic.shares(use))
-    if not sources:
+    if not sources or 0 < period <= _BLOCK:
         return None
-    ranks, lens_shift = plan.at_film(region)
 
     def taken_out(planes, first, samples):
-        def numbers(window, chosen):
-            found = automatic.numbers(chosen, ranks[window], samples, sequence, first)
-            for name in found.keys() & lens_shift.keys():
-                found[name] += lens_shift[name][window]
-            return found
-
-        return without_noise(planes, numbers, tuple(automatic.error_modes(sources, samples, _CANDIDATES)))
+        candidates = tuple(automatic.error_modes(sources, samples, _CANDIDATES))
+        return without_noise(planes, lambda window, chosen: drawn(window, chosen, samples, first), candidates, period)
 
     return taken_out
 
 
-def without_noise(planes, numbers, candidates):
+def without_noise(planes, numbers, candidates, period=0):
     """Take out the noise that modes of the random numbers explain.
 
     Parameters
@@ -111,6 +101,8 @@ def without_noise(planes, numbers, candidates):
         that the modes depend on.
     candidates : sequence of tuple
         Modes that may explain something, as in `modes.variances`.
+    period : int
+        Pixels each way after which numbers repeat, a multiple of 8; 0 if they do not.
 
     Returns
     -------
@@ -123,7 +115,7 @@ def without_noise(planes, numbers, candidates):
     margin = (_NEIGHBOURS + 1) * _BLOCK
     result = planes.copy()
     with concurrent.futures.ThreadPoolExecutor(processors) as threads:
-        found = _survey(planes, numbers, candidates, threads)
+        found = _survey(planes, numbers, candidates, _Listening(period), threads)
 
         def clean(top):
             seen = slice(max(0, top - margin), min(height, top + part + margin))
@@ -143,12 +135,34 @@ def without_noise(planes, numbers, candidates):
     return result
 
 
+class _Listening:
+    """How much a block listens to those around it, each way, when numbers repeat after `period` pixels.
+
+    Attributes
+    ----------
+    own : float32 array
+        Weights of the rows (and columns) with the block's own numbers: what they have in common is not listened to.
+    weights, squares : float
+        Sum of the other weights, and of their squares.
+    heard : float
+        The number of blocks that have one say.
+    """
+
+    def __init__(self, period):
+        same = _AWAY % (period // _BLOCK) == 0 if period else _AWAY == 0
+        self.own = np.where(same, _NEARNESS, np.float32(0))
+        self.weights = float(_NEARNESS.sum() ** 2 - self.own.sum() ** 2)
+        self.squares = float(np.square(_NEARNESS).sum() ** 2 - np.square(self.own).sum() ** 2)
+        self.heard = self.weights**2 / self.squares
+
+
 @dataclass(frozen=True)
 class _Survey:
     """What explains noise in a picture.
 
     Attributes
     ----------
+    listening : _Listening
     modes : list of tuple
     basis : float32 array, shape (directions, modes)
         Sums of modes that do not go together: several samples of a pixel depend on each other, and so do their modes.
@@ -157,12 +171,13 @@ class _Survey:
         By how much the squares of their scores (`_Blocks.listen`) exceed chance on average; 0 if not by enough.
     """
 
+    listening: _Listening
     modes: list[tuple]
     basis: np.ndarray
     strength: np.ndarray
 
 
-def _survey(planes, numbers, candidates, threads):
+def _survey(planes, numbers, candidates, listening, threads):
     """Find out in some tiles of the picture what explains most."""
     _, height, width = planes.shape
     corners = [(y, x) for y in range(0, height, _TILE) for x in range(0, width, _TILE)]
@@ -173,12 +188,12 @@ def _survey(planes, numbers, candidates, threads):
         window = tuple(slice(start, start + _TILE) for start in corner)
         noise, size = _noise(planes[:, *window])
         blocks = _Blocks(noise, size, numbers(window, candidates), candidates)
-        score, _, _ = blocks.listen(None, None)
+        score, _, _ = blocks.listen(None, None, listening)
         return blocks.moments(), score.reshape(-1, *score.shape[2:])
 
     moments, scores = zip(*threads.map(look, corners), strict=True)
     moments, scores = np.mean(moments, axis=0), np.concatenate(scores)
-    least = _most_by_chance(_HEARD / len(scores), _HEARD / len(scores))
+    least = _most_by_chance(listening.heard / len(scores), listening.heard / len(scores))
 
     def strength(basis):
         excess = np.square(scores @ basis.T).mean(axis=0) - 1.0
@@ -189,7 +204,7 @@ def _survey(planes, numbers, candidates, threads):
     scores, moments = scores[..., best], moments[np.ix_(best, best)]
     # A direction that is all but a sum of those before it is left to itself.
     basis = np.linalg.inv(np.linalg.cholesky(moments + _ALIKE * np.diag(np.diag(moments))))
-    return _Survey([candidates[number] for number in best], basis.astype(np.float32), strength(basis))
+    return _Survey(listening, [candidates[number] for number in best], basis.astype(np.float32), strength(basis))
 
 
 def _most_by_chance(squares, largest):
@@ -262,13 +277,14 @@ class _Blocks:
         flat = self.waves.swapaxes(2, 3).reshape(-1, self.waves.shape[2])
         return flat.T @ flat / self.told[..., -1].sum()
 
-    def listen(self, below, above):
+    def listen(self, below, above, listening):
         """What the blocks around say of the noise.
 
         Parameters
         ----------
         below, above : _Blocks or None
             The rows before and after, if there are any.
+        listening : _Listening
 
         Returns
         -------
@@ -289,12 +305,10 @@ class _Blocks:
             inner[:_NEIGHBOURS] = below.told[-_NEIGHBOURS:]
         if above:
             inner[rows + _NEIGHBOURS : rows + _NEIGHBOURS + len(above.told)] = above.told[:_NEIGHBOURS]
-        total = sum(weight * around[shift : shift + rows] for shift, weight in enumerate(_NEARNESS))
-        total = sum(weight * total[:, shift : shift + columns] for shift, weight in enumerate(_NEARNESS))
-        total -= _OWN * self.told
+        total = _weighted(around, _NEARNESS, rows, columns) - _weighted(around, listening.own, rows, columns)
         product, square, pixels = np.split(total, np.cumsum((planes * count, planes)), axis=2)
         # The weights' squares weigh the chances.
-        square, ratio = np.maximum(square, 0.0), np.float32(_SQUARES / _WEIGHTS)
+        square, ratio = np.maximum(square, 0.0), np.float32(listening.squares / listening.weights)
         score = product.reshape(rows, columns, planes, count) / np.maximum(np.sqrt(ratio * square), _TINY)[..., None]
         # A picture of a single block has nobody to listen to, only what rounding leaves of itself.
         pixels = np.where(pixels > 0.1, pixels, np.float32(np.inf))
@@ -311,7 +325,7 @@ class _Blocks:
         survey : _Survey
         """
         _, height, width = self._shape
-        score, chance, deviation = self.listen(below, above)
+        score, chance, deviation = self.listen(below, above, survey.listening)
         score @= survey.basis.T
         # How far scores are from chance here, all together, weighed by how much of each is true where all is usual.
         strength = survey.strength
@@ -323,6 +337,12 @@ class _Blocks:
         slope = (chance[..., None, None] * score) @ survey.basis
         size = np.minimum(self.size, deviation[..., None])
         return _from_blocks(size * (slope @ self.waves))[:, :height, :width]
+
+
+def _weighted(around, weights, rows, columns):
+    """Sums over the neighbours each way with these weights; `around` has a margin of `_NEIGHBOURS`."""
+    total = sum(weight * around[shift : shift + rows] for shift, weight in enumerate(weights) if weight)
+    return sum(weight * total[:, shift : shift + columns] for shift, weight in enumerate(weights) if weight)
 
 
 def _mean_around(planes):

@@ -217,9 +217,8 @@ def prepare(engine, data, depsgraph):
     _set_sampling(scene.cycles, settings.samples, sample_plan.seed)
     camera.replace(scene, views, region, image)
     without_noise = None
-    # Whoever chose a tile wants to see what it does, and layers of a picture are merged by their samples alone.
-    if settings.control_variates and settings.tile == "AUTO" and not scene.cycles.use_sample_subset:
-        without_noise = control_variates.of_picture(use, region, sample_plan, settings.samples)
+    if wants_less_noise(scene):
+        without_noise = control_variates.of_picture(use, automatic.drawn(sample_plan, region, settings.samples))
     return Job(
         region=region,
         plan=sample_plan,
@@ -237,6 +236,13 @@ def prepare(engine, data, depsgraph):
         before=before,
         facts=facts,
     )
+
+
+def wants_less_noise(scene):
+    """Whether noise that is known may be taken out of a picture of this scene."""
+    settings = scene.spectral_tiles
+    # Whoever chose a tile wants to see what it does, and layers of a picture are merged by their samples alone.
+    return settings.control_variates and settings.tile == "AUTO" and not scene.cycles.use_sample_subset
 
 
 def _rates(settings):
@@ -280,7 +286,7 @@ def render(engine, depsgraph, job):
             if job.filter or job.choose_levels:
                 passes = _in_parts(engine, depsgraph, job)
             else:
-                passes = _without_noise(job, _rendered(engine, depsgraph, job, job.plan), 0, job.rates.base)
+                passes = without_noise(job, _rendered(engine, depsgraph, job, job.plan), 0, job.rates.base)
         finish(engine, job, passes)
     finally:
         if persistence.is_kept(engine):
@@ -322,13 +328,14 @@ def _rendered(engine, depsgraph, job, plan):
     return passes
 
 
-def _without_noise(job, passes, first, count):
+def without_noise(job, passes, first, count):
     """Passes of a picture without the noise that Cycles' known numbers explain."""
     if job.without_noise is None or count > control_variates.MOST_SAMPLES:
         return passes
     width, height = job.region.size
     # The first view's; Cycles' numbers in the others are not those of the plan.
-    lit = {key: pixels for key, pixels in passes.items() if key[1] == next(iter(job.views))}
+    _, view = next(iter(passes))
+    lit = {key: pixels for key, pixels in passes.items() if key[1] == view}
     planes = job.without_noise(film.colours(lit, height, width), first, count)
     return passes | film.with_colours(lit, planes)
 
@@ -360,7 +367,7 @@ def _in_parts(engine, depsgraph, job):
         colours = film.colours(passes, height, width)
         if shot and job.without_noise:
             # Samples that further ones complete cancel some of their noise by themselves.
-            less = film.colours(_without_noise(job, passes, *shot), height, width)
+            less = film.colours(without_noise(job, passes, *shot), height, width)
             colours = np.where(levels == 0, less, colours)
         if first is None:
             first = passes

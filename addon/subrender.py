@@ -8,6 +8,7 @@ depth of field and no special camera: the frame is set to the moment, a pinhole 
 """
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import bpy
@@ -18,6 +19,7 @@ from . import (
     camera,
     cell_camera,
     cell_plan,
+    control_variates,
     denoising,
     driver,
     exposure,
@@ -72,6 +74,8 @@ class Job:
     drift : float array, shape (plan.count, 2)
         How far Cycles' own filter moves each point of the sequence, in pixels of a sub-render.  Further views draw from
         another sequence: their pixels are blurred by that, with a standard deviation below .05 pixels.
+    without_noise : callable or None
+        Of `control_variates.of_picture`; None leaves the noise in.
     """
 
     data: bpy.types.BlendData
@@ -87,6 +91,7 @@ class Job:
     filter: Filter | None
     offsets: np.ndarray
     drift: np.ndarray
+    without_noise: Callable | None
 
 
 class _Overwritten:
@@ -133,6 +138,14 @@ def _check_rates(scene, layer):
         raise Refused("Sub-renders take the same samples everywhere; set Adaptive to Off, or Driver to Gather")
 
 
+def _check_culling(scene, layer):
+    if scene.render.use_simplify and scene.cycles.use_camera_cull:
+        raise Refused(
+            "Camera Culling cannot be done by sub-renders, each of which sees more than the picture; "
+            "switch it off (Simplify), or render with Cycles"
+        )
+
+
 def _check_count(scene, layer):
     count = sub_renders(scene)
     if count > _MOST:
@@ -143,7 +156,9 @@ def _check_count(scene, layer):
 
 
 # Each raises `Refused` if a scene's view layer cannot be rendered this way.  The panel asks them all beforehand.
-CHECKS = (_check_camera, _check_passes, _check_rates, library.check, _check_count, denoising.check)
+CHECKS = (
+    _check_camera, _check_passes, _check_rates, _check_culling, library.check, _check_count, denoising.check,
+)  # fmt: skip
 
 
 def sub_renders(scene):
@@ -199,12 +214,15 @@ def prepare(engine, data, depsgraph):
     if not chosen:
         offsets[:, :, 0] = 0.0
     drift[0] = 0.0
+    region, without_noise = Region.of_render(scene.render), None
+    if gather.wants_less_noise(scene):
+        without_noise = control_variates.of_picture(use, plan.drawn(region), plan.side)
     # A session that rendered before would keep settings that have changed since.
     cycles.free(engine)
     cycles.create(engine, data)
     return Job(
         data=data,
-        region=Region.of_render(scene.render),
+        region=region,
         plan=plan,
         subset=range(first, first + count),
         scene=depsgraph.scene,
@@ -216,6 +234,7 @@ def prepare(engine, data, depsgraph):
         filter=chosen,
         offsets=offsets,
         drift=drift,
+        without_noise=without_noise,
     )
 
 
@@ -233,7 +252,7 @@ def render(engine, depsgraph, job):
                 if count > 1 and engine.test_break():
                     break
                 if job.filter and passes:
-                    sums = _spread(job, sample, passes, sums)
+                    sums = _spread(job, sample, _without_noise(engine, job, passes, sample, 1), sums)
                 if count == 1:
                     mean = passes
                 for key in passes:
@@ -242,12 +261,19 @@ def render(engine, depsgraph, job):
                 if sums:
                     mean = film.with_colours(mean, sums.pixels())
                 film.write_passes(engine, job.region, job.layer.name, mean)
+        if not job.filter:
+            mean = _without_noise(engine, job, mean, 0, len(job.subset))
     except Refused as refused:
         report(engine, str(refused))
     finally:
         written.put_back()
         engine.frame_set(job.frame[0], subframe=job.frame[1])
     gather.finish(engine, job, mean)
+
+
+def _without_noise(engine, job, passes, first, count):
+    """Passes without the noise that is known, if they are whole."""
+    return passes if engine.test_break() else gather.without_noise(job, passes, first, count)
 
 
 def _spread(job, sample, passes, sums):

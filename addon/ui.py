@@ -7,7 +7,7 @@ import bpy
 from cycles.ui import CYCLES_RENDER_PT_sampling_advanced_sample_subset as _CyclesSampleSubset
 from cycles.ui import CYCLES_RENDER_PT_sampling_render_denoise as _CyclesDenoising
 
-from . import driver, forecast, library, tile_making, tile_picture
+from . import forecast, library, tile_making, tile_picture
 from .engine import SpectralTilesRender
 from .failure import Refused
 from .plan import memory
@@ -61,7 +61,7 @@ class SPECTRAL_TILES_PT_sampling(bpy.types.Panel):
         if settings.filter == "MITCHELL_NETRAVALI":
             layout.prop(settings, "filter_b")
             layout.prop(settings, "filter_c")
-        if settings.tile == "AUTO" and not driver.is_subrender(context.scene):
+        if settings.tile == "AUTO":
             layout.prop(settings, "control_variates")
         row = layout.row(align=True)
         row.prop(settings, "seed")

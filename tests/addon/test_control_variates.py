@@ -28,9 +28,15 @@ def drawn(seed, samples=1, height=HEIGHT, width=WIDTH):
     return {name: rng.integers(0, 256, (samples, height, width), np.uint8) for name in names}
 
 
-def cleaned(planes, numbers, chosen):
+def repeated(numbers, period):
+    """The first ones again after so many pixels; 0 leaves them."""
+    y, x = np.mgrid[:HEIGHT, :WIDTH]
+    return {name: byte[:, y % period, x % period] if period else byte for name, byte in numbers.items()}
+
+
+def cleaned(planes, numbers, chosen, period=0):
     return control_variates.without_noise(
-        planes, lambda window, _: {n: b[:, *window] for n, b in numbers.items()}, chosen
+        planes, lambda window, _: {n: b[:, *window] for n, b in numbers.items()}, chosen, period
     )
 
 
@@ -50,6 +56,40 @@ def test_explained_noise_goes_and_the_rest_stays(chosen, samples):
     noisy = (truth + wave + white).astype(np.float32)
     left = ((cleaned(noisy, numbers, chosen) - truth) ** 2).mean() / ((noisy - truth) ** 2).mean()
     assert 0.49 < left < 0.54
+
+
+def test_numbers_that_repeat(chosen):
+    """Blocks with other numbers tell what goes; where there are none, nobody does."""
+    numbers = repeated(drawn(1), 16)
+    wave = next(modes.waves([(("t", 1),)], numbers))[None].astype(np.float32)
+    assert cleaned(wave, numbers, chosen, 16).var() < 0.15 * wave.var()
+    assert control_variates.of_picture(USE, None, 8) is None
+
+
+def test_blocks_do_not_listen_to_their_own_numbers(chosen):
+    """Noise that every second block shows, with the same numbers each time, says nothing of itself."""
+    y, x = np.mgrid[:HEIGHT, :WIDTH]
+    shown = (y % 16 < 8) & (x % 16 < 8)
+    left = {0: [], 16: []}
+    for seed in range(8):
+        numbers = repeated(drawn(seed), 16)
+        wave = next(modes.waves([(("t", 1),)], numbers))
+        noise = np.random.default_rng(seed).normal(size=wave.shape) * wave.std()
+        picture = np.where(shown, wave, noise)[None].astype(np.float32)
+        for period, ratios in left.items():
+            ratios.append(cleaned(picture, numbers, chosen, period)[0][shown].var() / wave[shown].var())
+    assert np.mean(left[0]) < 0.9
+    assert np.mean(left[16]) == pytest.approx(1.0, abs=0.03)
+
+
+def test_noise_that_repeats_is_not_taken_for_explained(chosen):
+    """The same in every period, of whatever the modes do not tell."""
+    y, x = np.mgrid[:HEIGHT, :WIDTH]
+    ratios = []
+    for seed in range(20):
+        noise = np.random.default_rng(seed).normal(size=(1, 16, 16))[:, y % 16, x % 16].astype(np.float32)
+        ratios.append(cleaned(1 + noise, repeated(drawn(seed), 16), chosen, 16).var() / noise.var())
+    assert np.mean(ratios) < 1.03
 
 
 def test_a_picture_without_noise_is_left_alone(chosen):
@@ -90,17 +130,18 @@ def test_what_is_no_brightness_stays_where_it_is(chosen, value):
     assert np.abs(left - 1.0).max() < 1.0
 
 
-def test_the_mean_over_many_pictures_stays(chosen):
+@pytest.mark.parametrize("period", [0, 16])
+def test_the_mean_over_many_pictures_stays(chosen, period):
     """Noise that depends on the numbers in a bent way, over content, keeps its mean at every pixel."""
     truth, count = content(), 400
     total = np.zeros_like(truth)
     squares = np.zeros_like(truth)
     for seed in range(count):
-        numbers = drawn(seed)
+        numbers = repeated(drawn(seed), period)
         t, u = numbers["t"][0] / 255.0, numbers["light.u"][0] / 255.0
         # Mean 1, far from symmetric: mostly dark, seldom bright.
         factor = 3.0 * t**2 + 4.0 * (u**3 - 0.25)
-        error = cleaned((truth * factor).astype(np.float32), numbers, chosen) - truth
+        error = cleaned((truth * factor).astype(np.float32), numbers, chosen, period) - truth
         total += error
         squares += error**2
     standard_error = np.sqrt(squares) / count
@@ -118,9 +159,11 @@ def test_any_size(chosen, width, height):
     assert np.isfinite(result).all()
 
 
-def test_renders_are_closer_to_the_truth(tmp_path):
+@pytest.mark.parametrize("driver", ["GATHER", "SUBRENDER"])
+def test_renders_are_closer_to_the_truth(tmp_path, driver):
     """A floor under two lamps: which is chosen makes most of the noise, and that goes."""
     scene = rendering.empty_scene(64, 64)
+    scene.spectral_tiles.driver = driver
     rendering.add_camera((0, 0, 5))
     rendering.add_plane(20, rendering.diffuse())
     rendering.add_light("AREA", 100, (-2, 0, 3), size=0.5)

@@ -6,7 +6,7 @@ import tracemalloc
 import numpy as np
 import pytest
 
-from addon import automatic, cell_plan, cycles_random, plan, tile_plan
+from addon import automatic, cell_plan, cycles_random, plan, shared_sequence, tile_plan
 from addon.analysis import SceneUse
 from addon.failure import Cancelled
 from addon.matching import match
@@ -15,6 +15,8 @@ from generator import Tile
 
 MOTION = SceneUse(motion_blur=True, lens=False, lights=1, bounces=False, glow=False)
 ROOM = SceneUse(motion_blur=False, lens=False, lights=3, bounces=True, glow=False)
+
+NOTHING = SceneUse(motion_blur=False, lens=False, lights=0, bounces=False, glow=False)
 
 
 def region(width, height, corner=(0, 0)):
@@ -131,6 +133,10 @@ def test_cells_complement_each_other(samples):
     """Every point of the sequence is used once, and time makes less visible error than in Cycles' blue noise."""
     made = cell_plan.arranged(MOTION, samples, seed=4)
     assert np.array_equal(np.sort(made.offset, axis=None), np.arange(256))
+    blocks = np.sort(
+        made.offset.reshape(made.side // 2, 2, made.side // 2, 2 * samples).swapaxes(1, 2).reshape(-1, 4 * samples)
+    )
+    assert (np.ptp(blocks, axis=1) == 4 * samples - 1).all()
     assert np.array_equal(made.offset[..., 1:] - made.offset[..., :-1], np.ones_like(made.offset[..., 1:]))
     if samples == 1:
         side = 64
@@ -139,6 +145,20 @@ def test_cells_complement_each_other(samples):
         ours = np.tile(made.t[..., 0], (side // made.side,) * 2).ravel()
         as_they_are = np.arange(side * side)
         assert visible_error(ours, as_they_are, (side, side)) <= 0.8 * visible_error(cycles, as_they_are, (side, side))
+
+
+def test_cells_spare_what_is_not_looked_at():
+    """Bounces, of which the plan knows nothing, are seen no more than in the order of Cycles' own curve."""
+    side, errors = 64, np.zeros(2)
+    for seed in range(8):
+        made = cell_plan.arranged(MOTION, 1, seed)
+        values = shared_sequence.values(("bsdf.u",), made.count, made.seed)[:, 0]
+        curve = cell_plan.arranged(NOTHING, 1, seed)
+        for number, offset in enumerate((made.offset, curve.offset)):
+            shown = np.tile(values[offset[..., 0]], (side // made.side,) * 2).ravel()
+            errors[number] += visible_error(shown, np.arange(side * side), (side, side))
+    # Swaps of single cells would double it.
+    assert errors[0] <= 1.1 * errors[1]
 
 
 def test_match_is_a_close_permutation():

@@ -16,7 +16,7 @@ from tests.addon.test_panel import zoom
 from tests.scenes import builders
 
 SEEDS = range(20)
-PANORAMAS = ("FISHEYE_EQUISOLID", "FISHEYE_LENS_POLYNOMIAL", "CENTRAL_CYLINDRICAL")
+PANORAMAS = [kind.identifier for kind in bpy.types.Camera.bl_rna.properties["panorama_type"].enum_items]
 
 
 @pytest.fixture(autouse=True)
@@ -89,18 +89,85 @@ def test_mean_over_seeds_is_native(tmp_path, build, samples):
 
 
 @pytest.mark.parametrize("fit", ["AUTO", "VERTICAL"])
-def test_equidistant_fisheye(tmp_path, fit):
-    """Sub-renders give it in square frames only."""
+def test_equidistant_fisheye(tmp_path, monkeypatch, extension, fit):
+    """In square frames it needs no Open Shading Language, as others never do."""
     camera = {"panorama_type": "FISHEYE_EQUIDISTANT", "fisheye_fov": 2.8, "sensor_height": 20.0, "sensor_fit": fit}
     scene = build_landscape(37, 37, type="PANO", shift_y=0.1, **camera)
     use_sub_renders()
-    ours, native = (rendering.beauty(rendering.render(tmp_path, engine)) for engine in rendering.ENGINES)
+    native = rendering.beauty(rendering.render(tmp_path, "CYCLES"))
+    monkeypatch.setattr(extension.engine.cycles, "with_osl", lambda: False)
+    ours = rendering.beauty(rendering.render(tmp_path, "SPECTRAL_TILES"))
     wrong = np.abs(ours - native).max(axis=-1) > 3e-4 * (1 + native.max(axis=-1))
     assert wrong.mean() <= 0.02
     assert (native[..., 0] == 0).any() and (native[..., 0] > 0).mean() > 0.2
     scene.render.engine, scene.render.pixel_aspect_x = "SPECTRAL_TILES", 1.5
-    with pytest.raises(RuntimeError, match="Equidistant"):
+    with pytest.raises(RuntimeError, match=r"Equidistant.*Open Shading Language"):
         bpy.ops.render.render()
+
+
+def open_lens(**camera):
+    """A camera before an edge out of focus and another that is in focus, its aperture a triangle."""
+    scene = rendering.empty_scene(24, 24)
+    made = rendering.add_camera((0, 0, 10), **camera)
+    made.data.dof.use_dof = True
+    made.data.dof.focus_distance, made.data.dof.aperture_fstop = 8.0, 0.02
+    made.data.dof.aperture_blades, made.data.dof.aperture_rotation, made.data.dof.aperture_ratio = 3, 0.4, 1.6
+    rendering.add_plane(9, rendering.emission((1, 0.5, 0.2)), (4, 5, 4))
+    rendering.add_plane(9, rendering.emission((0.2, 0.5, 1)), (-5, -4, 2))
+    return scene
+
+
+@pytest.mark.parametrize("kind", PANORAMAS)
+def test_bokeh_of_a_panoramic_camera(tmp_path, kind):
+    """The lens lies across each direction, so that no pinhole could stand for one of its points."""
+    open_lens(type="PANO", panorama_type=kind, fisheye_fov=2.0)
+    ours, native = both(tmp_path, samples=16, seeds=range(8))
+    assert native[..., :3].std() > 0.1
+    rendering.assert_same_expectation(ours, native, block=2)
+
+
+def test_bokeh_of_a_lens_in_focus(tmp_path):
+    """All that it sees is beside it."""
+    open_lens().camera.data.dof.focus_distance = 0.0
+    rendering.add_plane(9, rendering.emission(), (6, 0, 10), (0, np.radians(-90), 0))
+    ours, native = both(tmp_path, samples=16, seeds=range(8))
+    assert native[..., :3].std() > 0.02
+    rendering.assert_same_expectation(ours, native, block=4)
+
+
+def test_bokeh_of_eyes_that_toe_in(tmp_path):
+    scene = open_lens(lens=30.0)
+    scene.render.use_multiview = True
+    scene.render.image_settings.media_type = "MULTI_LAYER_IMAGE"
+    scene.render.image_settings.views_format = "MULTIVIEW"
+    stereo = scene.camera.data.stereo
+    stereo.convergence_mode, stereo.interocular_distance, stereo.convergence_distance = "TOE", 1.5, 8.0
+    use_sub_renders()
+
+    def eyes(passes):
+        return np.concatenate([passes[f"ViewLayer.Combined.{eye}"] for eye in ("left", "right")]).astype(np.float64)
+
+    native, ours = (rendering.stack(tmp_path, engine, range(8), 16, eyes) for engine in rendering.ENGINES)
+    assert native[..., :3].std() > 0.1
+    rendering.assert_same_expectation(ours, native, block=2)
+
+
+@pytest.mark.parametrize("kind", PANORAMAS)
+def test_spherical_stereo(tmp_path, kind):
+    """The left eye's picture is native's, and so, but for the slightest blur, is the right eye's."""
+    scene = build_landscape(29, 23, type="PANO", panorama_type=kind, shift_x=0.1)
+    scene.render.use_multiview = True
+    scene.render.image_settings.media_type = "MULTI_LAYER_IMAGE"
+    scene.render.image_settings.views_format = "MULTIVIEW"
+    stereo = scene.camera.data.stereo
+    stereo.use_spherical_stereo, stereo.use_pole_merge = True, True
+    stereo.convergence_mode, stereo.interocular_distance, stereo.convergence_distance = "OFFAXIS", 0.6, 5.0
+    use_sub_renders()
+    ours, native = (rendering.render(tmp_path, engine) for engine in reversed(rendering.ENGINES))
+    for eye, tolerance in (("left", 3e-4), ("right", 2e-3)):
+        a, b = (passes[f"ViewLayer.Combined.{eye}"] for passes in (ours, native))
+        wrong = np.abs(a - b).max(axis=-1) > tolerance * (1 + np.abs(b).max(axis=-1))
+        assert wrong.mean() <= 0.05, f"{eye}: {wrong.mean():.1%} of the pixels differ"
 
 
 def test_bokeh(tmp_path):
@@ -227,6 +294,49 @@ def test_animated_light_is_blurred(tmp_path):
     assert native[..., 0].mean() == pytest.approx(8.0 * lit, rel=0.01)
 
 
+def glow(plane):
+    """Brightens with the time."""
+    tree = plane.data.materials[0].node_tree
+    strength = next(node for node in tree.nodes if node.type == "EMISSION").inputs["Strength"]
+    for frame, value in ((1, 0.0), (2, 2.0)):
+        strength.default_value = value
+        strength.keyframe_insert("default_value", frame=frame)
+    rendering.make_linear(tree)
+
+
+def vanish(plane):
+    """Is there for the first half of the time."""
+    for frame, hidden in ((1, False), (1.5, True)):
+        plane.hide_render = hidden
+        plane.keyframe_insert("hide_render", frame=frame)
+
+
+def fall_apart(plane):
+    """Loses its faces after half of the time."""
+    mask = plane.modifiers.new("Mask", "MASK")
+    mask.vertex_group = plane.vertex_groups.new(name="None").name
+    for frame, shown in ((1, False), (1.5, True)):
+        mask.show_render = shown
+        mask.keyframe_insert("show_render", frame=frame)
+
+
+@pytest.mark.parametrize("change", [glow, vanish, fall_apart])
+def test_whatever_changes_is_blurred(tmp_path, change):
+    """Materials, visibility and topology, of which Cycles takes one moment's state."""
+    scene = rendering.empty_scene(8, 8)
+    rendering.add_camera(type="ORTHO", ortho_scale=1)
+    change(rendering.add_plane(4, rendering.emission()))
+    scene.frame_set(1)
+    scene.render.use_motion_blur = True
+    scene.render.motion_blur_shutter, scene.render.motion_blur_position = 1.0, "START"
+    use_sub_renders()
+    ours, native = (rendering.beauty(rendering.render(tmp_path, engine)) for engine in reversed(rendering.ENGINES))
+    seen = np.unique(ours[..., 0].round(2))
+    assert len(seen) == (16 if change is glow else 2)
+    assert ours[..., 0].mean() == pytest.approx({glow: 1.0, vanish: 0.5, fall_apart: 0.5}[change], abs=0.07)
+    assert np.ptp(native[..., 0]) < 1e-3
+
+
 def moving_scene():
     scenes.moving_camera_with_open_lens()
     scene = use_sub_renders()
@@ -305,18 +415,14 @@ def test_changed_settings_are_honoured(tmp_path):
     assert np.abs(zoomed - first).mean() > 0.01
 
 
-def toe_in(scene):
-    scene.render.use_multiview, scene.camera.data.stereo.convergence_mode = True, "TOE"
-
-
-def equirectangular(scene):
-    scene.camera.data.type, scene.camera.data.panorama_type = "PANO", "EQUIRECTANGULAR"
-
-
 def two_cameras_of_one_kind(scene):
     scene.render.use_multiview, scene.render.views_format = True, "MULTIVIEW"
     scene.camera.name = "Camera_L"
     rendering.add(scene.camera.data, (1, 0, 5)).name = "Camera_R"
+
+
+def cull_by_camera(scene):
+    scene.render.use_simplify = scene.cycles.use_camera_cull = True
 
 
 def cryptomatte_at_two_samples(scene):
@@ -328,11 +434,9 @@ def cryptomatte_at_two_samples(scene):
     ("change", "message"),
     [
         (lambda scene: setattr(scene.spectral_tiles, "adaptive", "BUDGET"), "Adaptive"),
-        (toe_in, "Toe-In"),
         (lambda scene: setattr(scene.cycles, "rolling_shutter_type", "TOP"), "rolling shutter"),
-        (lambda scene: setattr(scene.camera.data, "type", "PANO"), "depth of field"),
-        (equirectangular, "Equirectangular"),
-        (lambda scene: setattr(scene.camera.data.dof, "focus_distance", 0.0), "focused on itself"),
+        (lambda scene: setattr(scene.camera.data, "type", "CUSTOM"), "custom"),
+        (cull_by_camera, "Camera Culling"),
         (two_cameras_of_one_kind, "share the data"),
         (lambda scene: setattr(bpy.context.view_layer, "use_pass_vector", True), "Vector pass"),
         (cryptomatte_at_two_samples, "Cryptomatte"),
