@@ -22,6 +22,7 @@ from . import (
     camera,
     control_variates,
     denoising,
+    display,
     driver,
     failure,
     film,
@@ -305,6 +306,7 @@ def finish(engine, job, passes):
 
 def _rendered(engine, depsgraph, job, plan):
     """One Cycles render: its passes with the pixels in order."""
+    engine.shown = display.InOrder(job.region, plan)
     cycles.render(engine, depsgraph)
     if max(job.region.size) > LARGEST:
         cycles.render_frame_finish(engine)  # puts the tiles together

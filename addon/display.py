@@ -1,0 +1,140 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What the image editor shows while a picture is rendered: its pixels in order.
+
+Blender lets the engine draw there.  Cycles would draw its own pixels: those of GATHER are out of order, and a
+sub-render is a small picture in a corner.  Everything is drawn in linear light, in pixels of the full frame.
+"""
+
+import functools
+
+import blf
+import gpu
+import numpy as np
+from gpu_extras.batch import batch_for_shader
+from gpu_extras.presets import draw_texture_2d
+from mathutils import Matrix
+
+from .region import bands
+
+# Size of letters on the screen.
+_LETTER = 14
+
+
+class InOrder:
+    """Cycles' picture so far, every pixel where it belongs.
+
+    Parameters
+    ----------
+    region : Region
+    plan : plan.Plan
+    """
+
+    def __init__(self, region, plan):
+        self._region = region
+        self._plan = plan
+        self._textures = None
+
+    def draw(self, space, draw_cycles):
+        """Draw what `draw_cycles()` would draw into `space`, the image editor."""
+        size = self._region.size
+        left, bottom = self._region.corner
+        right, top = left + size[0], bottom + size[1]
+        if self._textures is None:
+            self._textures = gpu.types.GPUOffScreen(*size, format="RGBA16F"), _servants(self._plan, size)
+        raw, servants = self._textures
+        with raw.bind(), gpu.matrix.push_pop(), gpu.matrix.push_pop_projection():
+            gpu.state.active_framebuffer_get().clear(color=(0.0, 0.0, 0.0, 0.0))
+            gpu.matrix.load_identity()
+            gpu.matrix.load_projection_matrix(_projection(left, right, bottom, top))
+            draw_cycles()
+        shader = _shader()
+        shader.bind()
+        shader.uniform_sampler("raw", raw.texture_color)
+        shader.uniform_sampler("servants", servants)
+        corners = {
+            "position": [(left, bottom), (right, bottom), (left, top), (right, top)],
+            "inside": [(0, 0), (size[0], 0), (0, size[1]), size],
+        }
+        gpu.state.blend_set("ALPHA_PREMULT")
+        batch_for_shader(shader, "TRI_STRIP", corners).draw(shader)
+        gpu.state.blend_set("NONE")
+
+
+class Picture:
+    """A picture of ours, with a line below it.
+
+    Parameters
+    ----------
+    region : Region
+    pixels : float32 array, shape (pixels, 4)
+        Rows from the bottom.  What is written to it before it is drawn may be seen.
+    line : str
+    """
+
+    def __init__(self, region, pixels, line):
+        self._region = region
+        self._pixels = pixels
+        self._line = line
+        self._texture = None
+
+    def draw(self, space, _draw_cycles):
+        """Draw it into `space`, the image editor."""
+        size, (left, bottom) = self._region.size, self._region.corner
+        if self._texture is None:
+            self._texture = _texture(self._pixels, size, "RGBA16F")
+        gpu.state.blend_set("ALPHA_PREMULT")
+        draw_texture_2d(self._texture, (left, bottom), *size)
+        letter = _LETTER / space.zoom[1]
+        blf.size(0, letter)
+        blf.position(0, left, bottom - 1.5 * letter, 0.0)
+        blf.draw(0, self._line)
+        gpu.state.blend_set("NONE")
+
+
+def _texture(pixels, size, kind):
+    return gpu.types.GPUTexture(size, format=kind, data=gpu.types.Buffer("FLOAT", pixels.size, pixels.ravel()))
+
+
+def _servants(plan, size):
+    """Texture of the column and row of the render pixel that serves each film pixel."""
+    width, height = size
+    servants = np.empty((plan.film.size, 2), np.float32)
+    for band in bands(height):
+        served = plan.film[band.start * width : band.stop * width].reshape(-1, width)
+        servants[served, 0] = np.arange(width)
+        servants[served, 1] = np.arange(band.start, band.stop)[:, None]
+    return _texture(servants, size, "RG32F")
+
+
+def _projection(left, right, bottom, top):
+    """Matrix that shows this rectangle."""
+    width, height = right - left, top - bottom
+    return Matrix(
+        (
+            (2.0 / width, 0.0, 0.0, -(right + left) / width),
+            (0.0, 2.0 / height, 0.0, -(top + bottom) / height),
+            (0.0, 0.0, 1.0, 0.0),
+            (0.0, 0.0, 0.0, 1.0),
+        )
+    )
+
+
+@functools.cache
+def _shader():
+    pixel = gpu.types.GPUStageInterfaceInfo("spectral_tiles_pixel")
+    pixel.smooth("VEC2", "pixel")
+    info = gpu.types.GPUShaderCreateInfo()
+    info.push_constant("MAT4", "ModelViewProjectionMatrix")
+    info.sampler(0, "FLOAT_2D", "raw")
+    info.sampler(1, "FLOAT_2D", "servants")
+    info.vertex_in(0, "VEC2", "position")
+    info.vertex_in(1, "VEC2", "inside")
+    info.vertex_out(pixel)
+    info.fragment_out(0, "VEC4", "colour")
+    info.vertex_source(
+        "void main() { pixel = inside; gl_Position = ModelViewProjectionMatrix * vec4(position, 0.0, 1.0); }"
+    )
+    info.fragment_source(
+        "void main() { colour = texelFetch(raw, ivec2(texelFetch(servants, ivec2(pixel), 0).xy), 0); }"
+    )
+    return gpu.shader.create_from_info(info)
