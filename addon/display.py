@@ -1,13 +1,13 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """What the image editor shows while a picture is rendered: its pixels in order.
 
-Blender lets the engine draw there.  Cycles would draw its own pixels: those of GATHER are out of order, and a
-sub-render is a small picture in a corner.  Everything is drawn in linear light, in pixels of the full frame.
+Blender lets the engine draw there.  Cycles would draw its own pixels, and those of GATHER are out of order.  Everything
+is drawn in linear light, in pixels of the full frame.  Textures live for one drawing only: an engine, and what it
+holds, is freed by the thread that renders, which has no graphics context.
 """
 
 import functools
 
-import blf
 import gpu
 import numpy as np
 from gpu_extras.batch import batch_for_shader
@@ -15,9 +15,6 @@ from gpu_extras.presets import draw_texture_2d
 from mathutils import Matrix
 
 from .region import bands
-
-# Size of letters on the screen.
-_LETTER = 14
 
 
 class InOrder:
@@ -32,16 +29,18 @@ class InOrder:
     def __init__(self, region, plan):
         self._region = region
         self._plan = plan
-        self._textures = None
+        self._servants = None
 
-    def draw(self, space, draw_cycles):
-        """Draw what `draw_cycles()` would draw into `space`, the image editor."""
+    def draw(self, draw_cycles):
+        """Draw what `draw_cycles()` would draw."""
         size = self._region.size
         left, bottom = self._region.corner
         right, top = left + size[0], bottom + size[1]
-        if self._textures is None:
-            self._textures = gpu.types.GPUOffScreen(*size, format="RGBA16F"), _servants(self._plan, size)
-        raw, servants = self._textures
+        if self._servants is None:
+            self._servants = _servants(self._plan, size)
+        servants = _texture(self._servants, size, "RG32F")
+        editor = gpu.state.active_framebuffer_get()
+        raw = gpu.types.GPUOffScreen(*size, format="RGBA16F")  # leaves another one active
         with raw.bind(), gpu.matrix.push_pop(), gpu.matrix.push_pop_projection():
             gpu.state.active_framebuffer_get().clear(color=(0.0, 0.0, 0.0, 0.0))
             gpu.matrix.load_identity()
@@ -55,39 +54,31 @@ class InOrder:
             "position": [(left, bottom), (right, bottom), (left, top), (right, top)],
             "inside": [(0, 0), (size[0], 0), (0, size[1]), size],
         }
-        gpu.state.blend_set("ALPHA_PREMULT")
-        batch_for_shader(shader, "TRI_STRIP", corners).draw(shader)
-        gpu.state.blend_set("NONE")
+        with editor.bind():
+            gpu.state.blend_set("ALPHA_PREMULT")
+            batch_for_shader(shader, "TRI_STRIP", corners).draw(shader)
+            gpu.state.blend_set("NONE")
 
 
 class Picture:
-    """A picture of ours, with a line below it.
+    """A picture of ours.
 
     Parameters
     ----------
     region : Region
     pixels : float32 array, shape (pixels, 4)
-        Rows from the bottom.  What is written to it before it is drawn may be seen.
-    line : str
+        Rows from the bottom.
     """
 
-    def __init__(self, region, pixels, line):
+    def __init__(self, region, pixels):
         self._region = region
         self._pixels = pixels
-        self._line = line
-        self._texture = None
 
-    def draw(self, space, _draw_cycles):
-        """Draw it into `space`, the image editor."""
-        size, (left, bottom) = self._region.size, self._region.corner
-        if self._texture is None:
-            self._texture = _texture(self._pixels, size, "RGBA16F")
+    def draw(self, _draw_cycles):
+        """Draw it."""
+        size = self._region.size
         gpu.state.blend_set("ALPHA_PREMULT")
-        draw_texture_2d(self._texture, (left, bottom), *size)
-        letter = _LETTER / space.zoom[1]
-        blf.size(0, letter)
-        blf.position(0, left, bottom - 1.5 * letter, 0.0)
-        blf.draw(0, self._line)
+        draw_texture_2d(_texture(self._pixels, size, "RGBA16F"), self._region.corner, *size)
         gpu.state.blend_set("NONE")
 
 
@@ -96,14 +87,14 @@ def _texture(pixels, size, kind):
 
 
 def _servants(plan, size):
-    """Texture of the column and row of the render pixel that serves each film pixel."""
+    """Column and row of the render pixel that serves each film pixel: (pixels, 2)."""
     width, height = size
     servants = np.empty((plan.film.size, 2), np.float32)
     for band in bands(height):
         served = plan.film[band.start * width : band.stop * width].reshape(-1, width)
         servants[served, 0] = np.arange(width)
         servants[served, 1] = np.arange(band.start, band.stop)[:, None]
-    return _texture(servants, size, "RG32F")
+    return servants
 
 
 def _projection(left, right, bottom, top):

@@ -281,7 +281,11 @@ def render(engine, depsgraph, job):
             if job.filter or job.choose_levels:
                 passes = _in_parts(engine, depsgraph, job)
             else:
-                passes = _without_noise(job, _rendered(engine, depsgraph, job, job.plan), 0, job.rates.base)
+                engine.shown = display.InOrder(job.region, job.plan)
+                passes = _rendered(engine, depsgraph, job, job.plan)
+                # A cancelled picture has not all of the samples whose numbers are known.
+                if not engine.test_break():
+                    passes = _without_noise(job, passes, 0, job.rates.base)
         finish(engine, job, passes)
     finally:
         if persistence.is_kept(engine):
@@ -306,7 +310,6 @@ def finish(engine, job, passes):
 
 def _rendered(engine, depsgraph, job, plan):
     """One Cycles render: its passes with the pixels in order."""
-    engine.shown = display.InOrder(job.region, plan)
     cycles.render(engine, depsgraph)
     if max(job.region.size) > LARGEST:
         cycles.render_frame_finish(engine)  # puts the tiles together
@@ -346,7 +349,9 @@ def _in_parts(engine, depsgraph, job):
     if job.choose_levels:
         parts = list(parts)
         combined = [film.combined(passes | denoising.noisy(passes)) for passes, _, _ in parts]
-        levels = job.choose_levels(np.mean(combined, axis=0).reshape(height, width, 4))
+        picture = np.mean(combined, axis=0)
+        levels = job.choose_levels(picture.reshape(height, width, 4))
+        engine.shown = display.Picture(job.region, picture)
     count = rates.counts[levels].astype(np.float32)
     base_weight = rates.base_weight[levels]
     total = count - rates.base * (1.0 - base_weight)
@@ -405,4 +410,6 @@ def _part(engine, depsgraph, job, plan, first, count, taken):
     scene.cycles.use_sample_subset = True
     scene.cycles.sample_offset = first
     scene.cycles.sample_subset_length = count
+    if taken.all():  # else the picture that is shown is better
+        engine.shown = display.InOrder(job.region, plan)
     return _rendered(engine, depsgraph, job, plan), where, count * taken.astype(np.float32)

@@ -19,7 +19,6 @@ from . import (
     cell_camera,
     cell_plan,
     denoising,
-    display,
     driver,
     exposure,
     film,
@@ -225,13 +224,12 @@ def render(engine, depsgraph, job):
     written = _Overwritten()
     progress = Progress(engine, job.plan.side**2 * len(job.subset))
     mean, sums = {}, None
-    engine.shown = display.Picture(job.region, np.zeros((job.region.pixels, 4), np.float32), "")
     scene = depsgraph.scene_eval
     cameras = {made: persistence.values(made.data) for made in cell_camera.cameras(engine, scene)}
     try:
         with camera.dicing(engine, scene, cameras):
             for count, sample in enumerate(job.subset, start=1):
-                passes = _render_sample(engine, depsgraph, job, sample, written, progress, mean)
+                passes = _render_sample(engine, depsgraph, job, sample, written, progress)
                 if count > 1 and engine.test_break():
                     break
                 if job.filter and passes:
@@ -264,8 +262,8 @@ def _spread(job, sample, passes, sums):
     return sums
 
 
-def _render_sample(engine, depsgraph, job, sample, written, progress, mean):
-    """Passes with one sample in each pixel, black where the user cancelled before; shows the `mean` of those before."""
+def _render_sample(engine, depsgraph, job, sample, written, progress):
+    """Passes with one sample in each pixel; black where the user cancelled before."""
     side = job.plan.side
     width, height = job.region.size
     passes = {}
@@ -283,8 +281,7 @@ def _render_sample(engine, depsgraph, job, sample, written, progress, mean):
                 whole = passes.setdefault(key, np.zeros((height, width, pixels.shape[1]), np.float32))
                 part = whole[first[1] :: side, first[0] :: side]
                 part[...] = pixels.reshape(height, width, -1)[: part.shape[0], : part.shape[1]]
-        if line := progress.step():
-            engine.shown = display.Picture(job.region, film.combined(mean or passes), line)
+        progress.step()
     return {key: pixels.reshape(width * height, -1) for key, pixels in passes.items()}
 
 

@@ -134,6 +134,14 @@ def test_escape_cancels(facts):
     assert facts["seconds_to_cancel_demo"] < 1
 
 
+def test_gather_is_shown_in_order(results, facts):
+    """As the result will be, which Esc leaves as far as it was shown."""
+    assert facts["in_order_was_rendering"] and facts["seconds_to_cancel_in_order"] < 2
+    shown, left = (picture(results / f"{name}.png")[335:600, 405:875] for name in ("in_order", "in_order_cancelled"))
+    assert left.std() > 0.1
+    assert np.abs(shown - left).mean() < 0.2 * np.abs(shown - left[::-1]).mean()
+
+
 def test_preview_of_a_material(results):
     """A red ball, by Cycles."""
     image = picture(results / "preview.png")
