@@ -27,6 +27,7 @@ class SpectralTilesRender(bpy.types.RenderEngine):
         super().__init__(*args, **kwargs)
         self.session = None
         self.job = None
+        self.shown = None
 
     def __del__(self):
         cycles.free(self)
@@ -34,7 +35,7 @@ class SpectralTilesRender(bpy.types.RenderEngine):
     # Final render
 
     def update(self, data, depsgraph):
-        self.job = None
+        self.job = self.shown = None
         if self.native and not self.is_preview:
             gather.set_samples(depsgraph.scene_eval.cycles, depsgraph.scene.spectral_tiles.samples)
         elif not self.is_preview:
@@ -59,10 +60,16 @@ class SpectralTilesRender(bpy.types.RenderEngine):
     def update_render_passes(self, scene, view_layer):
         cycles.register_passes(self, scene, view_layer)
 
-    # Everything else is Cycles
-
     def draw(self, context, depsgraph):
-        cycles.draw(self, depsgraph, context.space_data)
+        def draw_cycles():
+            cycles.draw(self, depsgraph, context.space_data)
+
+        if self.shown is None:
+            draw_cycles()
+        else:
+            self.shown.draw(draw_cycles)
+
+    # Everything else is Cycles
 
     def bake(self, depsgraph, obj, pass_type, pass_filter, width, height):
         cycles.bake(self, depsgraph, obj, pass_type, pass_filter, width, height)

@@ -22,6 +22,7 @@ from . import (
     camera,
     control_variates,
     denoising,
+    display,
     driver,
     failure,
     film,
@@ -286,7 +287,11 @@ def render(engine, depsgraph, job):
             if job.filter or job.choose_levels:
                 passes = _in_parts(engine, depsgraph, job)
             else:
-                passes = without_noise(job, _rendered(engine, depsgraph, job, job.plan), 0, job.rates.base)
+                engine.shown = display.InOrder(job.region, job.plan)
+                passes = _rendered(engine, depsgraph, job, job.plan)
+                # A cancelled picture has not all of the samples whose numbers are known.
+                if not engine.test_break():
+                    passes = without_noise(job, passes, 0, job.rates.base)
         finish(engine, job, passes)
     finally:
         if persistence.is_kept(engine):
@@ -351,7 +356,9 @@ def _in_parts(engine, depsgraph, job):
     if job.choose_levels:
         parts = list(parts)
         combined = [film.combined(passes | denoising.noisy(passes)) for passes, _, _ in parts]
-        levels = job.choose_levels(np.mean(combined, axis=0).reshape(height, width, 4))
+        picture = np.mean(combined, axis=0)
+        levels = job.choose_levels(picture.reshape(height, width, 4))
+        engine.shown = display.Picture(job.region, picture)
     count = rates.counts[levels].astype(np.float32)
     base_weight = rates.base_weight[levels]
     total = count - rates.base * (1.0 - base_weight)
@@ -410,4 +417,6 @@ def _part(engine, depsgraph, job, plan, first, count, taken):
     scene.cycles.use_sample_subset = True
     scene.cycles.sample_offset = first
     scene.cycles.sample_subset_length = count
+    if taken.all():  # else the picture that is shown is better
+        engine.shown = display.InOrder(job.region, plan)
     return _rendered(engine, depsgraph, job, plan), where, count * taken.astype(np.float32)

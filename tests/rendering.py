@@ -235,3 +235,23 @@ def registered():
         yield addon
     finally:
         addon.unregister()
+
+
+class CancelledSoon:
+    """A render engine whose user presses Esc after a while."""
+
+    def __init__(self, engine, patience):
+        vars(self).update(engine=engine, patience=patience)
+
+    def test_break(self):
+        vars(self)["patience"] -= 1
+        return self.patience < 0
+
+    def __getattr__(self, name):
+        return getattr(self.engine, name)
+
+    def __setattr__(self, name, value):
+        setattr(self.engine, name, value)
+
+    def __delattr__(self, name):
+        delattr(self.engine, name)

@@ -182,6 +182,21 @@ def test_cancelled_while_it_plans(monkeypatch):
     assert set(os.listdir(bpy.app.tempdir)) == files
 
 
+def test_a_cancelled_picture_is_left_as_it_is(monkeypatch):
+    """In order, but without control variates: not all the samples whose numbers are known were taken."""
+    build_scene()
+    render, cleaned, ordered = gather.render, [], []
+    without_noise, scatter = gather._without_noise, film.scatter
+    monkeypatch.setattr(gather, "_without_noise", lambda *job: cleaned.append(1) or without_noise(*job))
+    monkeypatch.setattr(film, "scatter", lambda *pixels: ordered.append(1) or scatter(*pixels))
+    bpy.ops.render.render()
+    assert cleaned and ordered
+    cleaned.clear(), ordered.clear()
+    monkeypatch.setattr(gather, "render", lambda engine, *job: render(rendering.CancelledSoon(engine, 0), *job))
+    bpy.ops.render.render()
+    assert ordered and not cleaned
+
+
 def test_temporary_folder_cannot_be_used(monkeypatch):
     def full(**_):
         raise OSError(errno.ENOSPC, "No space left on device")

@@ -238,11 +238,11 @@ def test_forecast_tells_what_a_frame_costs(monkeypatch):
     """A plan's time follows the pixels, and the frames of a group that it holds; its memory the pixels."""
     scene = build_scene(1000)
     monkeypatch.setattr(plan.memory, "pace", 5e-6)
-    assert forecast.overhead(scene) == "Adds about 0:05 once for frames of this size, and at least 80 MB of memory"
+    assert forecast.overhead(scene) == "Adds about 0:05 once for frames of this size, and up to 240 MB of memory"
     scene.cycles.use_animated_seed = True
     assert "about 0:20 once" in forecast.overhead(scene)
     scene.render.resolution_percentage = 10
-    assert forecast.overhead(scene) == "Adds less than a second a frame, and at least 1 MB of memory"
+    assert forecast.overhead(scene) == "Adds less than a second a frame, and up to 210 MB of memory"
 
 
 def test_pace_of_plans_is_measured(monkeypatch):

@@ -352,32 +352,12 @@ def test_a_render_changes_nothing():
     assert snapshot() == before
 
 
-class CancelledSoon:
-    """A render engine whose user presses Esc after a while."""
-
-    def __init__(self, engine, patience):
-        vars(self).update(engine=engine, patience=patience)
-
-    def test_break(self):
-        vars(self)["patience"] -= 1
-        return self.patience < 0
-
-    def __getattr__(self, name):
-        return getattr(self.engine, name)
-
-    def __setattr__(self, name, value):
-        setattr(self.engine, name, value)
-
-    def __delattr__(self, name):
-        delattr(self.engine, name)
-
-
 def test_a_cancelled_render_changes_nothing(tmp_path, monkeypatch):
     """... and shows what was done until then."""
     scene = moving_scene()
     whole = rendering.beauty(rendering.render(tmp_path, "SPECTRAL_TILES"))
     before, render = snapshot(), subrender.render
-    monkeypatch.setattr(subrender, "render", lambda engine, *job: render(CancelledSoon(engine, 4), *job))
+    monkeypatch.setattr(subrender, "render", lambda engine, *job: render(rendering.CancelledSoon(engine, 4), *job))
     part = rendering.beauty(rendering.render(tmp_path, "SPECTRAL_TILES"))
     assert snapshot() == before
     assert scene.frame_subframe == 0.25

@@ -1,0 +1,131 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What the image editor shows while a picture is rendered: its pixels in order.
+
+Blender lets the engine draw there.  Cycles would draw its own pixels, and those of GATHER are out of order.  Everything
+is drawn in linear light, in pixels of the full frame.  Textures live for one drawing only: an engine, and what it
+holds, is freed by the thread that renders, which has no graphics context.
+"""
+
+import functools
+
+import gpu
+import numpy as np
+from gpu_extras.batch import batch_for_shader
+from gpu_extras.presets import draw_texture_2d
+from mathutils import Matrix
+
+from .region import bands
+
+
+class InOrder:
+    """Cycles' picture so far, every pixel where it belongs.
+
+    Parameters
+    ----------
+    region : Region
+    plan : plan.Plan
+    """
+
+    def __init__(self, region, plan):
+        self._region = region
+        self._plan = plan
+        self._servants = None
+
+    def draw(self, draw_cycles):
+        """Draw what `draw_cycles()` would draw."""
+        size = self._region.size
+        left, bottom = self._region.corner
+        right, top = left + size[0], bottom + size[1]
+        if self._servants is None:
+            self._servants = _servants(self._plan, size)
+        servants = _texture(self._servants, size, "RG32F")
+        editor = gpu.state.active_framebuffer_get()
+        raw = gpu.types.GPUOffScreen(*size, format="RGBA16F")  # leaves another one active
+        with raw.bind(), gpu.matrix.push_pop(), gpu.matrix.push_pop_projection():
+            gpu.state.active_framebuffer_get().clear(color=(0.0, 0.0, 0.0, 0.0))
+            gpu.matrix.load_identity()
+            gpu.matrix.load_projection_matrix(_projection(left, right, bottom, top))
+            draw_cycles()
+        shader = _shader()
+        shader.bind()
+        shader.uniform_sampler("raw", raw.texture_color)
+        shader.uniform_sampler("servants", servants)
+        corners = {
+            "position": [(left, bottom), (right, bottom), (left, top), (right, top)],
+            "inside": [(0, 0), (size[0], 0), (0, size[1]), size],
+        }
+        with editor.bind():
+            gpu.state.blend_set("ALPHA_PREMULT")
+            batch_for_shader(shader, "TRI_STRIP", corners).draw(shader)
+            gpu.state.blend_set("NONE")
+
+
+class Picture:
+    """A picture of ours.
+
+    Parameters
+    ----------
+    region : Region
+    pixels : float32 array, shape (pixels, 4)
+        Rows from the bottom.
+    """
+
+    def __init__(self, region, pixels):
+        self._region = region
+        self._pixels = pixels
+
+    def draw(self, _draw_cycles):
+        """Draw it."""
+        size = self._region.size
+        gpu.state.blend_set("ALPHA_PREMULT")
+        draw_texture_2d(_texture(self._pixels, size, "RGBA16F"), self._region.corner, *size)
+        gpu.state.blend_set("NONE")
+
+
+def _texture(pixels, size, kind):
+    return gpu.types.GPUTexture(size, format=kind, data=gpu.types.Buffer("FLOAT", pixels.size, pixels.ravel()))
+
+
+def _servants(plan, size):
+    """Column and row of the render pixel that serves each film pixel: (pixels, 2)."""
+    width, height = size
+    servants = np.empty((plan.film.size, 2), np.float32)
+    for band in bands(height):
+        served = plan.film[band.start * width : band.stop * width].reshape(-1, width)
+        servants[served, 0] = np.arange(width)
+        servants[served, 1] = np.arange(band.start, band.stop)[:, None]
+    return servants
+
+
+def _projection(left, right, bottom, top):
+    """Matrix that shows this rectangle."""
+    width, height = right - left, top - bottom
+    return Matrix(
+        (
+            (2.0 / width, 0.0, 0.0, -(right + left) / width),
+            (0.0, 2.0 / height, 0.0, -(top + bottom) / height),
+            (0.0, 0.0, 1.0, 0.0),
+            (0.0, 0.0, 0.0, 1.0),
+        )
+    )
+
+
+@functools.cache
+def _shader():
+    pixel = gpu.types.GPUStageInterfaceInfo("spectral_tiles_pixel")
+    pixel.smooth("VEC2", "pixel")
+    info = gpu.types.GPUShaderCreateInfo()
+    info.push_constant("MAT4", "ModelViewProjectionMatrix")
+    info.sampler(0, "FLOAT_2D", "raw")
+    info.sampler(1, "FLOAT_2D", "servants")
+    info.vertex_in(0, "VEC2", "position")
+    info.vertex_in(1, "VEC2", "inside")
+    info.vertex_out(pixel)
+    info.fragment_out(0, "VEC4", "colour")
+    info.vertex_source(
+        "void main() { pixel = inside; gl_Position = ModelViewProjectionMatrix * vec4(position, 0.0, 1.0); }"
+    )
+    info.fragment_source(
+        "void main() { colour = texelFetch(raw, ivec2(texelFetch(servants, ivec2(pixel), 0).xy), 0); }"
+    )
+    return gpu.shader.create_from_info(info)
