@@ -35,7 +35,7 @@ from . import (
 from .analysis import scene_use
 from .failure import Refused
 from .plan import Plan
-from .reconstruction import Filter, Reconstruction, positions
+from .reconstruction import Filter, Reconstruction, by_importance, positions
 from .region import Region, bands
 
 # Cycles' Depth where nothing was hit (kernel/film, pass accessor).
@@ -49,6 +49,9 @@ _SAMPLE_COUNT = "Debug Sample Count"
 
 # Between the seeds of the plan and of the spots that get extra samples, beyond any animation's.
 _APART = 1 << 30
+
+# Samples of a spot that four servants may take.
+_MOST_IN_SQUARES = 8
 
 # File names of images for the camera: the plan, and that of the pixels with extra samples.
 _PLAN, _SPOTS = "plan.tif", "spots.tif"
@@ -362,7 +365,9 @@ def _adapted(engine, depsgraph, job):
     count = rates.counts[levels].astype(np.float32)
     base_weight = rates.base_weight[levels]
     total = count - rates.base * (1.0 - base_weight)
-    noisiest = spots.make(levels == 2, job.region, rates.extra, (job.seed ^ _APART) % 2**31)
+    # Without a filter of ours all samples of a servant lie in one place: there must not be many.
+    squares = job.filter is not None or rates.extra <= _MOST_IN_SQUARES
+    noisiest = spots.make(levels == 2, job.region, rates.extra, (job.seed ^ _APART) % 2**31, squares)
     parts = itertools.chain(
         ((_planes(job, passes), where, share * base_weight) for passes, where, share in base),
         _further(engine, depsgraph, job, levels == 1, noisiest),
@@ -416,7 +421,7 @@ def _of_plan(engine, depsgraph, job, first, count, taken):
     """Renders of some of the plan's samples at some pixels: passes, where in the pixel these lie, samples of each."""
     for sample, samples in _shots(job, first, count):
         where = positions(job.region, sample, job.seed)
-        at_render = where.reshape(2, -1)[:, job.plan.film]
+        at_render = where.reshape(2, -1)[:, job.plan.film] if job.filter else None
         wanted = taken.ravel()[job.plan.film]
         _restrict(depsgraph, job, job.plan, _PLAN, job.rates.whole, sample, samples, at_render, wanted)
         yield _rendered(engine, depsgraph, job), where, samples * taken.astype(np.float32)
@@ -425,25 +430,38 @@ def _of_plan(engine, depsgraph, job, first, count, taken):
 def _of_spots(engine, depsgraph, job, chosen):
     """As `_of_plan`, planes instead of passes, for the pixels that many render pixels serve."""
     width, height = job.region.size
+    served = chosen.plan.film >= 0
     chosen.plan.write(os.path.join(job.folder.name, _SPOTS))
-    # Without a filter of ours it makes no difference where in the pixel samples lie.
-    servants = chosen.servants
-    groups = servants[:, None] if job.filter else servants[None]
     for sample, samples in _shots(job, 0, chosen.samples):
-        after = job.rates.base + sample * len(servants)
-        where = [positions(job.region, after + number, job.seed) for number in range(len(groups))]
-        at_render = np.zeros((2, job.region.pixels), np.uint16)
-        for group, place in zip(groups, where, strict=True):
-            at_render[:, group] = place.reshape(2, 1, -1)[..., chosen.film]
-        wanted = chosen.plan.film >= 0
-        _restrict(depsgraph, job, chosen.plan, _SPOTS, chosen.samples, sample, samples, at_render, wanted)
-        rendered = _planes(job, _passes(engine, depsgraph, job)).reshape(-1, job.region.pixels)
-        for group, place in zip(groups, where, strict=True):
-            planes = np.zeros((len(rendered), job.region.pixels), np.float32)
-            planes[:, chosen.film] = rendered[:, group].mean(axis=1)
+        after = job.rates.base + sample * len(chosen.servants)
+        where = [positions(job.region, after + number, job.seed) for number in range(len(chosen.servants))]
+        _restrict(
+            depsgraph, job, chosen.plan, _SPOTS, chosen.samples, sample, samples, _at_render(job, chosen, where), served
+        )
+        planes = _planes(job, _passes(engine, depsgraph, job)).reshape(-1, job.region.pixels)
+        for servants, place in zip(chosen.servants, where, strict=True):
+            moved = np.zeros((len(planes), job.region.pixels), np.float32)
+            moved[:, chosen.film] = planes[:, servants]
             share = np.zeros(job.region.pixels, np.float32)
-            share[chosen.film] = samples * len(group)
-            yield planes.reshape(-1, height, width), place, share.reshape(height, width)
+            share[chosen.film] = samples
+            yield moved.reshape(-1, height, width), place, share.reshape(height, width)
+
+
+def _at_render(job, chosen, where):
+    """Positions of spots' samples at their render pixels; None if Cycles may choose them."""
+    settings = job.scene.cycles
+    if job.filter is None:
+        if len(chosen.servants) == 1:
+            return None
+        # Cycles itself would put the first sample of each servant into the middle of the pixel.
+        if settings.pixel_filter_type != "BOX":
+            where = [by_importance(place, settings.pixel_filter_type) for place in where]
+            for view in job.views.values():
+                view.camera.data.cycles_custom["reach"] = settings.filter_width
+    found = np.zeros((2, job.region.pixels), np.uint16)
+    for servants, place in zip(chosen.servants, where, strict=True):
+        found[:, servants] = place.reshape(2, -1)[:, chosen.film]
+    return found
 
 
 def _shots(job, first, count):
@@ -464,10 +482,11 @@ def _everywhere(job):
 def _restrict(depsgraph, job, plan, name, samples, first, count, where, taken):
     """Make the next render one of some of its samples, at some render pixels, aimed by the plan's image `name`.
 
-    Where in their film pixels the samples lie, and whether they are taken, is told for each render pixel.
+    Where in their film pixels the samples lie (None: where Cycles puts them), and whether they are taken, is told for
+    each render pixel.
     """
     image = os.path.join(job.folder.name, f"{first}_in_{name}")
-    plan.write_positions(image, where if job.filter else None, taken)
+    plan.write_positions(image, where, taken)
     scene = depsgraph.scene_eval
     for view in job.views.values():
         view.camera.data.cycles_custom["plan"] = os.path.join(job.folder.name, name)

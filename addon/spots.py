@@ -41,7 +41,7 @@ class Spots(NamedTuple):
     ranks: np.ndarray
 
 
-def make(taken, region, samples, seed):
+def make(taken, region, samples, seed, squares=True):
     """Choose who serves which pixel.
 
     Parameters
@@ -53,6 +53,8 @@ def make(taken, region, samples, seed):
         Samples of each, a multiple of 4.
     seed : int
         Cycles'.
+    squares : bool
+        Whether squares may serve, if there are enough of them; else it is single render pixels.
 
     Returns
     -------
@@ -63,11 +65,10 @@ def make(taken, region, samples, seed):
     rows, columns = np.nonzero(taken)
     order = np.argsort(cycles_random.z_order(columns + left, rows + bottom), kind="stable")
     film = (rows * width + columns)[order]
-    side = 2
-    x, y = _squares(side, region)
-    if x.size < film.size:
-        side = 1
+    for side in (2, 1) if squares else (1,):
         x, y = _squares(side, region)
+        if x.size >= film.size:
+            break
     x, y = x[: film.size], y[: film.size]
     servants = np.stack([(y - bottom + up) * width + x - left + right for up in range(side) for right in range(side)])
     served = np.full(region.pixels, -1, np.int32)
