@@ -57,7 +57,7 @@ class Rates:
     whole : int
         Samples of the plan's blocks, what a pixel gets at level 1.
     extra : int
-        Samples of the larger blocks, what a pixel gets at level 2 beside the base: a multiple of 4 (`addon.spots`).
+        Samples of the larger blocks, what a pixel gets at level 2 beside the base: 2 or 4 times `whole`.
     """
 
     base: int
@@ -77,7 +77,7 @@ class Rates:
 
 def rates_in_budget(samples):
     """Rates that can have a mean of `samples`, at least 2."""
-    return Rates(samples // 2, samples, 4 * -(-samples // 2))
+    return Rates(samples // 2, samples, 2 * samples)
 
 
 def rates_over_threshold(samples):
@@ -166,7 +166,7 @@ class Cleaner:
             return None
         return cls(sources, rates, *plan.at_film(region))
 
-    def __call__(self, planes, levels, noisiest=None):
+    def __call__(self, planes, levels, noisiest=()):
         """Planes without the noise.
 
         Parameters
@@ -174,7 +174,7 @@ class Cleaner:
         planes : float32 array, shape (planes, height, width)
             Each pixel's mean over its samples.
         levels : int8 array, shape (height, width)
-        noisiest : spots.Spots, optional
+        noisiest : sequence of spots.Spots
             The pixels of level 2.
 
         Returns
@@ -183,8 +183,8 @@ class Cleaner:
         """
         rates = self._rates
         blocks = np.zeros(levels.size, np.uint32)
-        if noisiest is not None and noisiest.film.size:
-            blocks[noisiest.film] = noisiest.ranks
+        for some in noisiest:
+            blocks[some.film] = some.ranks
         blocks = blocks.reshape(levels.shape)
         most = (rates.base, rates.whole, rates.extra)[levels.max()]
 

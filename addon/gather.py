@@ -35,7 +35,7 @@ from . import (
 from .analysis import scene_use
 from .failure import Refused
 from .plan import Plan
-from .reconstruction import Filter, Reconstruction, by_importance, positions
+from .reconstruction import Filter, Reconstruction, positions
 from .region import Region, bands
 
 # Cycles' Depth where nothing was hit (kernel/film, pass accessor).
@@ -50,11 +50,8 @@ _SAMPLE_COUNT = "Debug Sample Count"
 # Between the seeds of the plan and of the spots that get extra samples, beyond any animation's.
 _APART = 1 << 30
 
-# Samples of a spot that four servants may take.
-_MOST_IN_SQUARES = 8
-
-# File names of images for the camera: the plan, and that of the pixels with extra samples.
-_PLAN, _SPOTS = "plan.tif", "spots.tif"
+# File name of the plan's image for the camera.
+_PLAN = "plan.tif"
 
 
 @dataclass(frozen=True)
@@ -365,9 +362,7 @@ def _adapted(engine, depsgraph, job):
     count = rates.counts[levels].astype(np.float32)
     base_weight = rates.base_weight[levels]
     total = count - rates.base * (1.0 - base_weight)
-    # Without a filter of ours all samples of a servant lie in one place: there must not be many.
-    squares = job.filter is not None or rates.extra <= _MOST_IN_SQUARES
-    noisiest = spots.make(levels == 2, job.region, rates.extra, (job.seed ^ _APART) % 2**31, squares)
+    noisiest = spots.make(levels == 2, job.region, rates.extra // rates.whole, job.seed ^ _APART)
     parts = itertools.chain(
         ((_planes(job, passes), where, share * base_weight) for passes, where, share in base),
         _further(engine, depsgraph, job, levels == 1, noisiest),
@@ -404,7 +399,8 @@ def _levels(job, shots):
     if job.without_noise:
         planes = picture.T.reshape(-1, height, width)
         picture = np.moveaxis(job.without_noise(planes, np.zeros((height, width), np.int8)), 0, 2)
-    return job.choose_levels(picture.reshape(height, width, 4))
+    levels = job.choose_levels(picture.reshape(height, width, 4))
+    return levels if spots.fit(job.region) else np.minimum(levels, 1)
 
 
 def _further(engine, depsgraph, job, completed, noisiest):
@@ -413,8 +409,8 @@ def _further(engine, depsgraph, job, completed, noisiest):
     if whole > base and completed.any():
         for passes, where, share in _of_plan(engine, depsgraph, job, base, whole - base, completed):
             yield _planes(job, passes), where, share
-    if noisiest.film.size:
-        yield from _of_spots(engine, depsgraph, job, noisiest)
+    for some in noisiest:
+        yield from _of_spots(engine, depsgraph, job, some)
 
 
 def _of_plan(engine, depsgraph, job, first, count, taken):
@@ -423,21 +419,25 @@ def _of_plan(engine, depsgraph, job, first, count, taken):
         where = positions(job.region, sample, job.seed)
         at_render = where.reshape(2, -1)[:, job.plan.film] if job.filter else None
         wanted = taken.ravel()[job.plan.film]
-        _restrict(depsgraph, job, job.plan, _PLAN, job.rates.whole, sample, samples, at_render, wanted)
+        _restrict(depsgraph, job, job.plan, _PLAN, sample, samples, at_render, wanted)
         yield _rendered(engine, depsgraph, job), where, samples * taken.astype(np.float32)
 
 
 def _of_spots(engine, depsgraph, job, chosen):
-    """As `_of_plan`, planes instead of passes, for the pixels that many render pixels serve."""
+    """As `_of_plan`, planes instead of passes, for the pixels that several render pixels serve."""
     width, height = job.region.size
-    served = chosen.plan.film >= 0
-    chosen.plan.write(os.path.join(job.folder.name, _SPOTS))
-    for sample, samples in _shots(job, 0, chosen.samples):
+    name = f"spots_{chosen.plan.seed}.tif"
+    chosen.plan.write(os.path.join(job.folder.name, name))
+    for sample, samples in _shots(job, 0, job.rates.whole):
         after = job.rates.base + sample * len(chosen.servants)
         where = [positions(job.region, after + number, job.seed) for number in range(len(chosen.servants))]
-        _restrict(
-            depsgraph, job, chosen.plan, _SPOTS, chosen.samples, sample, samples, _at_render(job, chosen, where), served
-        )
+        at_render = np.zeros((2, job.region.pixels), np.uint16) if job.filter else None
+        for servants, place in zip(chosen.servants, where, strict=True):
+            if job.filter:
+                at_render[:, servants] = place.reshape(2, -1)[:, chosen.film]
+        _restrict(depsgraph, job, chosen.plan, name, sample, samples, at_render, chosen.plan.film >= 0)
+        # Only then does Cycles take notice of another seed.
+        cycles.reset(engine, bpy.data, depsgraph)
         planes = _planes(job, _passes(engine, depsgraph, job)).reshape(-1, job.region.pixels)
         for servants, place in zip(chosen.servants, where, strict=True):
             moved = np.zeros((len(planes), job.region.pixels), np.float32)
@@ -445,23 +445,6 @@ def _of_spots(engine, depsgraph, job, chosen):
             share = np.zeros(job.region.pixels, np.float32)
             share[chosen.film] = samples
             yield moved.reshape(-1, height, width), place, share.reshape(height, width)
-
-
-def _at_render(job, chosen, where):
-    """Positions of spots' samples at their render pixels; None if Cycles may choose them."""
-    settings = job.scene.cycles
-    if job.filter is None:
-        if len(chosen.servants) == 1:
-            return None
-        # Cycles itself would put the first sample of each servant into the middle of the pixel.
-        if settings.pixel_filter_type != "BOX":
-            where = [by_importance(place, settings.pixel_filter_type) for place in where]
-            for view in job.views.values():
-                view.camera.data.cycles_custom["reach"] = settings.filter_width
-    found = np.zeros((2, job.region.pixels), np.uint16)
-    for servants, place in zip(chosen.servants, where, strict=True):
-        found[:, servants] = place.reshape(2, -1)[:, chosen.film]
-    return found
 
 
 def _shots(job, first, count):
@@ -479,7 +462,7 @@ def _everywhere(job):
     return np.ones((height, width), bool)
 
 
-def _restrict(depsgraph, job, plan, name, samples, first, count, where, taken):
+def _restrict(depsgraph, job, plan, name, first, count, where, taken):
     """Make the next render one of some of its samples, at some render pixels, aimed by the plan's image `name`.
 
     Where in their film pixels the samples lie (None: where Cycles puts them), and whether they are taken, is told for
@@ -491,7 +474,7 @@ def _restrict(depsgraph, job, plan, name, samples, first, count, where, taken):
     for view in job.views.values():
         view.camera.data.cycles_custom["plan"] = os.path.join(job.folder.name, name)
         view.camera.data.cycles_custom["positions"] = image
-    set_samples(scene.cycles, samples)
+    set_samples(scene.cycles, job.rates.whole)
     scene.cycles.seed = plan.seed
     scene.cycles.use_sample_subset = True
     scene.cycles.sample_offset = first

@@ -2,8 +2,8 @@
 """Few pixels that take many samples each, rendered at the cost of their samples.
 
 Cycles takes the same number of samples at every render pixel, and asks our camera even for those that it is to leave
-out, which costs a tenth of a cheap sample.  Four render pixels that make an aligned square draw a block of its sequence
-together.  So if the pixels are few each is served by such a square, and Cycles takes a quarter of the samples a pixel.
+out, which costs a tenth of a cheap sample.  But two or four render pixels of one aligned square draw a block of its
+sequence together.  So as many serve each pixel that wants more, and render pixels take no more samples than before.
 
 Squares and the pixels that they serve follow each other along Cycles' own curve, so that neighbours on the film have
 blocks that complement each other.
@@ -24,8 +24,6 @@ class Spots(NamedTuple):
     ----------
     plan : Plan
         Its film is -1 where a render pixel serves none.
-    samples : int
-        Of each render pixel.
     film : integer array, shape (count,)
         The film pixels.
     servants : integer array, shape (servants, count)
@@ -35,13 +33,12 @@ class Spots(NamedTuple):
     """
 
     plan: Plan
-    samples: int
     film: np.ndarray
     servants: np.ndarray
     ranks: np.ndarray
 
 
-def make(taken, region, samples, seed, squares=True):
+def make(taken, region, servants, seed):
     """Choose who serves which pixel.
 
     Parameters
@@ -49,40 +46,51 @@ def make(taken, region, samples, seed, squares=True):
     taken : bool array, shape (height, width)
         The film pixels that are to be served.
     region : addon.region.Region
-    samples : int
-        Samples of each, a multiple of 4.
+    servants : int
+        Of each film pixel, 2 or 4.
     seed : int
-        Cycles'.
-    squares : bool
-        Whether squares may serve, if there are enough of them; else it is single render pixels.
+        Cycles' for the first render; further ones have those that follow.
 
     Returns
     -------
-    Spots
+    list of Spots
+        One for each render, as many as it takes.
     """
     width = region.size[0]
     left, bottom = region.corner
     rows, columns = np.nonzero(taken)
-    order = np.argsort(cycles_random.z_order(columns + left, rows + bottom), kind="stable")
-    film = (rows * width + columns)[order]
-    for side in (2, 1) if squares else (1,):
-        x, y = _squares(side, region)
-        if x.size >= film.size:
-            break
-    x, y = x[: film.size], y[: film.size]
-    servants = np.stack([(y - bottom + up) * width + x - left + right for up in range(side) for right in range(side)])
-    served = np.full(region.pixels, -1, np.int32)
-    served[servants] = film
-    ranks = cycles_random.pixel_ranks(x, y, seed) // np.uint32(side * side)
-    return Spots(Plan(seed, width, served), samples // (side * side), film, servants, ranks)
+    film = (rows * width + columns)[np.argsort(cycles_random.z_order(columns + left, rows + bottom))]
+    if not film.size:
+        return []
+    x, y = _squares(region)
+    capacity = x.shape[1] * 4 // servants
+    found = []
+    for first in range(0, film.size, capacity):
+        own_seed = (seed + len(found)) % 2**31
+        ranks = cycles_random.pixel_ranks(x, y, own_seed)
+        # Blocks of a square follow each other, and so do those of its halves.
+        order = np.argsort(ranks, axis=0)
+        pixels = np.take_along_axis((y - bottom) * width + x - left, order, axis=0)
+        blocks = np.take_along_axis(ranks, order, axis=0)[::servants].T.ravel() // np.uint32(servants)
+        own = film[first : first + capacity]
+        serving = pixels.reshape(-1, servants, x.shape[1]).transpose(1, 2, 0).reshape(servants, -1)[:, : own.size]
+        served = np.full(region.pixels, -1, np.int32)
+        served[serving] = own
+        found.append(Spots(Plan(own_seed, width, served), own, serving, blocks[: own.size]))
+    return found
 
 
-def _squares(side, region):
-    """Lower left corners of the aligned squares in a region, along Cycles' curve."""
-    x, y = (
-        np.arange(-(-first // side) * side, first + length - side + 1, side)
+def fit(region):
+    """Whether a region is large enough for any."""
+    return _squares(region)[0].size > 0
+
+
+def _squares(region):
+    """Coordinates x, y of the aligned squares of four pixels in a region, along Cycles' curve: (4, count)."""
+    corners = (
+        np.arange(first + first % 2, first + length - 1, 2)
         for first, length in zip(region.corner, region.size, strict=True)
     )
-    x, y = (part.ravel() for part in np.meshgrid(x, y))
-    order = np.argsort(cycles_random.z_order(x, y), kind="stable")
-    return x[order], y[order]
+    x, y = (part.ravel() for part in np.meshgrid(*corners))
+    order = np.argsort(cycles_random.z_order(x, y))
+    return x[order] + np.array([[0], [1], [0], [1]]), y[order] + np.array([[0], [0], [1], [1]])
