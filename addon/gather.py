@@ -35,7 +35,7 @@ from . import (
 from .analysis import scene_use
 from .failure import Refused
 from .plan import Plan
-from .reconstruction import Filter, Reconstruction, positions
+from .reconstruction import Filter, Reconstruction, by_importance, positions
 from .region import Region, bands
 
 # Cycles' Depth where nothing was hit (kernel/film, pass accessor).
@@ -428,13 +428,18 @@ def _of_spots(engine, depsgraph, job, chosen):
     width, height = job.region.size
     name = f"spots_{chosen.plan.seed}.tif"
     chosen.plan.write(os.path.join(job.folder.name, name))
+    # Cycles puts the first sample of each servant into the middle of the pixel; together they would be too many there.
+    kind = job.scene.cycles.pixel_filter_type
+    if not job.filter and kind != "BOX":
+        for view in job.views.values():
+            view.camera.data.cycles_custom["reach"] = job.scene.cycles.filter_width
     for sample, samples in _shots(job, 0, job.rates.whole):
         after = job.rates.base + sample * len(chosen.servants)
         where = [positions(job.region, after + number, job.seed) for number in range(len(chosen.servants))]
-        at_render = np.zeros((2, job.region.pixels), np.uint16) if job.filter else None
+        at_render = np.zeros((2, job.region.pixels), np.uint16)
         for servants, place in zip(chosen.servants, where, strict=True):
-            if job.filter:
-                at_render[:, servants] = place.reshape(2, -1)[:, chosen.film]
+            here = place.reshape(2, -1)[:, chosen.film]
+            at_render[:, servants] = here if job.filter else by_importance(here, kind)
         _restrict(depsgraph, job, chosen.plan, name, sample, samples, at_render, chosen.plan.film >= 0)
         # Only then does Cycles take notice of another seed.
         cycles.reset(engine, bpy.data, depsgraph)
@@ -469,7 +474,7 @@ def _restrict(depsgraph, job, plan, name, first, count, where, taken):
     each render pixel.
     """
     image = os.path.join(job.folder.name, f"{first}_in_{name}")
-    plan.write_positions(image, where, taken)
+    plan.write_positions(image, where, taken, bool(job.filter))
     scene = depsgraph.scene_eval
     for view in job.views.values():
         view.camera.data.cycles_custom["plan"] = os.path.join(job.folder.name, name)

@@ -112,7 +112,7 @@ class Plan:
 
         self._write(path, 4, entries)
 
-    def write_positions(self, path, positions, taken):
+    def write_positions(self, path, positions, taken, all_of_them=True):
         """Write an image of where in its film pixel each render pixel's sample lies, and whether it is taken.
 
         Parameters
@@ -122,13 +122,15 @@ class Plan:
             Of `reconstruction.positions`, at each render pixel; None leaves them to Cycles.
         taken : bool array, shape (pixels,)
             At each render pixel.
+        all_of_them : bool
+            Whether the positions are all samples', or only that of the one that Cycles puts into the middle.
 
         Raises
         ------
         Refused
             The folder is not writable, the disk is full.
         """
-        chosen = np.uint16(32768 if positions is None else 65535)
+        chosen = np.uint16(32768 if positions is None else 65535 if all_of_them else 49152)
         where = np.broadcast_to(np.uint16(0), (2, taken.size)) if positions is None else positions
         self._write(path, 3, lambda pixels: np.column_stack([*where[:, pixels], taken[pixels] * chosen]))
 
