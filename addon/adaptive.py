@@ -3,17 +3,23 @@
 
 Pixels have one of three rates.  The plan is the one for the same samples everywhere: all pixels take the first of their
 block of it, most complete the block, and the picture is then as blue as without adapting.  Where it is noisier than
-elsewhere, pixels take a whole larger block of a plan of its own instead.  (Parts of larger blocks at all rates gain
-more at noisy pixels, but are a tenth to a third worse after a low-pass wherever the noise is even.)
+elsewhere, pixels take a whole larger block instead (`addon.spots`).  (Parts of larger blocks at all rates gain more at
+noisy pixels, but are a tenth to a third worse after a low-pass wherever the noise is even.)
 
 A pixel's own samples have no say in its rate, only its neighbours' have: a pixel that was too bright by chance would
 otherwise be diluted by further samples more often than one that was too dark, and the picture would lose light (Kirk
 and Arvo, "Unbiased Sampling Techniques for Image Synthesis", 1991).
+
+Noise that the random numbers explain is taken out (`addon.control_variates`) before rates are chosen, since only what
+is left needs samples, and of the whole picture afterwards.  There a pixel's own samples touch its neighbours' values by
+the slopes alone, one voice among a thousand and as often up as down, so that what they say of its rate has no sign.
 """
 
 from dataclasses import dataclass
 
 import numpy as np
+
+from . import automatic, control_variates
 
 _LUMINANCE = np.array((0.2126, 0.7152, 0.0722), np.float32)
 
@@ -33,6 +39,9 @@ _BROKEN = 1.5
 # A sample that is no part of a block tells about half as much as one of the block.
 _LOOSE = 0.5
 
+# Modes that may explain noise, of those that are strongest in pixels of each level.
+_MODES = 48
+
 # Mitchell 1987, section 3: contrasts of red, green and blue that ask for more samples.
 _CONTRASTS = np.array((0.4, 0.3, 0.6), np.float32)
 
@@ -48,7 +57,7 @@ class Rates:
     whole : int
         Samples of the plan's blocks, what a pixel gets at level 1.
     extra : int
-        Samples of the larger blocks, what a pixel gets at level 2 beside the base.
+        Samples of the larger blocks, what a pixel gets at level 2 beside the base: 2 or 4 times `whole`.
     """
 
     base: int
@@ -67,8 +76,8 @@ class Rates:
 
 
 def rates_in_budget(samples):
-    """Rates that can have a mean of `samples`."""
-    return Rates(max(1, samples // 2), samples, 2 * samples)
+    """Rates that can have a mean of `samples`, at least 2."""
+    return Rates(samples // 2, samples, 2 * samples)
 
 
 def rates_over_threshold(samples):
@@ -127,6 +136,71 @@ def levels_over_threshold(picture, threshold):
     brightest, darkest = np.maximum.reduce(around), np.minimum.reduce(around)
     contrast = (brightest - darkest) / np.maximum(brightest + darkest, 1e-6)
     return np.where((contrast > threshold * _CONTRASTS).any(axis=2), 2, 1).astype(np.int8)
+
+
+class Cleaner:
+    """Takes out the noise that Cycles' numbers explain, from pixels of all levels at once.
+
+    How much radiance rises with a mode does not depend on how many samples a pixel has, so all pixels tell it, and each
+    uses what it is for the mean of its own samples.
+
+    Parameters
+    ----------
+    sources : tuple
+        Of `automatic.shares`.
+    rates : Rates
+    drawn : callable
+        Of `automatic.drawn`.
+    """
+
+    def __init__(self, sources, rates, drawn):
+        self._rates, self._drawn = rates, drawn
+        strongest = [automatic.error_modes(sources, count, _MODES) for count in (rates.base, rates.whole)]
+        self._modes = list(strongest[0] | strongest[1])
+
+    @classmethod
+    def of_picture(cls, use, drawn, rates):
+        """As `control_variates.of_picture`; None if there is nothing to explain."""
+        sources = tuple(automatic.shares(use))
+        if not sources or rates.whole > control_variates.MOST_SAMPLES:
+            return None
+        return cls(sources, rates, drawn)
+
+    def __call__(self, planes, levels, noisiest=()):
+        """Planes without the noise.
+
+        Parameters
+        ----------
+        planes : float32 array, shape (planes, height, width)
+            Each pixel's mean over its samples.
+        levels : int8 array, shape (height, width)
+        noisiest : sequence of spots.Spots
+            The pixels of level 2.
+
+        Returns
+        -------
+        float32 array, shape (planes, height, width)
+        """
+        rates = self._rates
+        blocks = np.zeros(levels.size, np.uint32)
+        for some in noisiest:
+            blocks[some.film] = some.ranks
+        blocks = blocks.reshape(levels.shape)
+        most = (rates.base, rates.whole, rates.extra)[levels.max()]
+
+        def numbers(window, chosen):
+            """Of as many samples everywhere: where there are fewer they are repeated."""
+            level = levels[window]
+            found = self._drawn(window, chosen, min(most, rates.whole), 0)
+            more = automatic.numbers(chosen, blocks[window][level == 2], rates.extra, rates.extra)
+            for name, values in found.items():
+                base, whole = (values[np.arange(most) * count // most] for count in (rates.base, len(values)))
+                found[name] = np.where(level == 1, whole, base)
+                if most == rates.extra:
+                    found[name][:, level == 2] = more[name]
+            return found
+
+        return control_variates.without_noise(planes, numbers, self._modes)
 
 
 def _variance(picture):

@@ -154,6 +154,11 @@ def _spread_bits(x):
     return (x ^ (x << 1)) & 0x55555555
 
 
+def z_order(x, y):
+    """Where pixels lie on the curve that Cycles walks (`morton2d()`): uint32 array; coordinates as of `pixel_ranks`."""
+    return (_spread_bits(np.asarray(x, np.uint32)) << 1) | _spread_bits(np.asarray(y, np.uint32))
+
+
 def pixel_ranks(x, y, seed):
     """Which part of the sequence each pixel gets (`path_rng_pixel_init()`).
 
@@ -169,8 +174,7 @@ def pixel_ranks(x, y, seed):
     uint32 array
         Pixel p draws the points n * rank ... n * rank + n - 1 of the sequence when n samples a pixel are rendered.
     """
-    morton = (_spread_bits(np.asarray(x, np.uint32)) << 1) | _spread_bits(np.asarray(y, np.uint32))
-    return reverse_bits(_owen_reversed_base4(reverse_bits(morton), _hash_uint(seed & _MASK)))
+    return reverse_bits(_owen_reversed_base4(reverse_bits(z_order(x, y)), _hash_uint(seed & _MASK)))
 
 
 def sequence_values(index, dims):

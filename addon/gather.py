@@ -30,12 +30,13 @@ from . import (
     library,
     persistence,
     shading,
+    spots,
     tile_plan,
 )
 from .analysis import scene_use
 from .failure import Refused
 from .plan import Plan
-from .reconstruction import Filter, Reconstruction, positions
+from .reconstruction import Filter, Reconstruction, by_importance, positions
 from .region import Region, bands
 
 # Cycles' Depth where nothing was hit (kernel/film, pass accessor).
@@ -47,11 +48,11 @@ LARGEST = 8192
 # Cycles' pass with the number of samples that each pixel got.
 _SAMPLE_COUNT = "Debug Sample Count"
 
-# Between the seeds of a picture's two plans, beyond any animation's.
+# Between the seeds of the plan and of the spots that get extra samples, beyond any animation's.
 _APART = 1 << 30
 
-# File names of a plan's image; those that belong to the second plan begin with another word.
-_PLAN, _EXTRA = "plan.tif", "extra_"
+# File name of the plan's image for the camera.
+_PLAN = "plan.tif"
 
 
 @dataclass(frozen=True)
@@ -72,12 +73,10 @@ class Job:
         Samples of a pixel at each level; the base is all there is without levels.
     choose_levels : callable or None
         Picture at the base rate -> level of each pixel (`addon.adaptive`); None if all get the same.
-    extra_plan : Plan or None
-        For the extra samples of the highest level.
     filter : Filter or None
         What samples are spread by; None leaves that to Cycles.
     without_noise : callable or None
-        Of `control_variates.of_picture`; None leaves the noise in.
+        Of `control_variates.of_picture`, or `adaptive.Cleaner` if there are levels; None leaves the noise in.
     denoise : bool
         Whether the result is to be denoised.
     folder : tempfile.TemporaryDirectory
@@ -96,9 +95,8 @@ class Job:
     seed: int
     rates: adaptive.Rates
     choose_levels: Callable | None
-    extra_plan: Plan | None
     filter: Filter | None
-    without_noise: Callable | None
+    without_noise: Callable | adaptive.Cleaner | None
     denoise: bool
     folder: tempfile.TemporaryDirectory
     before: list
@@ -193,17 +191,14 @@ def prepare(engine, data, depsgraph):
         # Nothing but the tile's own dimensions is left to chance, and the rest need not be spared.
         tile = library.spectral(use.dims)
 
-    def plan_of(samples, own_seed, cycles_seed):
-        if tile is None:
-            return automatic.make(use, region, samples, own_seed, frame, engine.test_break)
-        dims = tuple(name for name in use.dims if name in tile.dims)
-        return tile_plan.make(tile, dims, region, samples, cycles_seed, engine.test_break)
-
     engine.update_stats("", "Planning samples")
-    sample_plan = plan_of(settings.samples, settings.seed, seed)
+    if tile is None:
+        sample_plan = automatic.make(use, region, settings.samples, settings.seed, frame, engine.test_break)
+    else:
+        dims = tuple(name for name in use.dims if name in tile.dims)
+        sample_plan = tile_plan.make(tile, dims, region, settings.samples, seed, engine.test_break)
     if sample_plan.miss:
         engine.report({"INFO"}, f"Cycles' numbers miss the tile's by, on average: {sample_plan.miss}")
-    extra_plan = plan_of(rates.extra, settings.seed ^ _APART, seed ^ _APART) if choose_levels else None
 
     if layer.use_pass_z:
         engine.add_pass("Position", 3, "XYZ", layer=layer.name)
@@ -211,15 +206,17 @@ def prepare(engine, data, depsgraph):
     folder = tempfile.TemporaryDirectory(prefix="spectral_tiles_", dir=bpy.app.tempdir)
     image = os.path.join(folder.name, _PLAN)
     sample_plan.write(image)
-    if extra_plan:
-        extra_plan.write(os.path.join(folder.name, _EXTRA + _PLAN))
     facts = layers.facts(scene, layer.name, tile, sample_plan, seed, settings.samples)
     before = [(owner, persistence.values(owner)) for owner in (scene.cycles, *camera.written(views))]
     _set_sampling(scene.cycles, settings.samples, sample_plan.seed)
     camera.replace(scene, views, region, image)
     without_noise = None
     if wants_less_noise(scene):
-        without_noise = control_variates.of_picture(use, automatic.drawn(sample_plan, region, settings.samples))
+        drawn = automatic.drawn(sample_plan, region, settings.samples)
+        if choose_levels is None:
+            without_noise = control_variates.of_picture(use, drawn)
+        else:
+            without_noise = adaptive.Cleaner.of_picture(use, drawn, rates)
     return Job(
         region=region,
         plan=sample_plan,
@@ -229,7 +226,6 @@ def prepare(engine, data, depsgraph):
         seed=seed,
         rates=rates,
         choose_levels=choose_levels,
-        extra_plan=extra_plan,
         filter=driver.chosen_filter(settings),
         without_noise=without_noise,
         denoise=denoise,
@@ -284,11 +280,13 @@ def render(engine, depsgraph, job):
     try:
         cameras = {view.camera: view.settings for view in job.views.values()}
         with job.folder, camera.dicing(engine, depsgraph.scene_eval, cameras):
-            if job.filter or job.choose_levels:
-                passes = _in_parts(engine, depsgraph, job)
+            if job.choose_levels:
+                passes = _adapted(engine, depsgraph, job)
+            elif job.filter:
+                passes = _filtered(engine, depsgraph, job)
             else:
                 engine.shown = display.InOrder(job.region, job.plan)
-                passes = _rendered(engine, depsgraph, job, job.plan)
+                passes = _rendered(engine, depsgraph, job)
                 # A cancelled picture has not all of the samples whose numbers are known.
                 if not engine.test_break():
                     passes = without_noise(job, passes, 0, job.rates.base)
@@ -314,12 +312,9 @@ def finish(engine, job, passes):
     layers.stamp(engine, job.facts)
 
 
-def _rendered(engine, depsgraph, job, plan):
-    """One Cycles render: its passes with the pixels in order."""
-    cycles.render(engine, depsgraph)
-    if max(job.region.size) > LARGEST:
-        cycles.render_frame_finish(engine)  # puts the tiles together
-    passes = film.read_passes(engine, job.layer.name)
+def _rendered(engine, depsgraph, job):
+    """One Cycles render by the plan: its passes with the pixels in order."""
+    passes = _passes(engine, depsgraph, job)
     width, height = job.region.size
     for (name, view), depth in passes.items():
         if name == "Depth":
@@ -329,70 +324,153 @@ def _rendered(engine, depsgraph, job, plan):
                 hit = depth[part, 0] < _NO_DEPTH
                 depth[part][hit, 0] = job.views[view].depth(passes["Position", view][part][hit])
     for key in passes:
-        passes[key] = film.scatter(passes[key], plan.film)
+        passes[key] = film.scatter(passes[key], job.plan.film)
     return passes
+
+
+def _passes(engine, depsgraph, job):
+    """One Cycles render: its passes as they are."""
+    cycles.render(engine, depsgraph)
+    if max(job.region.size) > LARGEST:
+        cycles.render_frame_finish(engine)  # puts the tiles together
+    return film.read_passes(engine, job.layer.name)
 
 
 def without_noise(job, passes, first, count):
     """Passes of a picture without the noise that Cycles' known numbers explain."""
     if job.without_noise is None or count > control_variates.MOST_SAMPLES:
         return passes
+    return _cleaned(job, passes, lambda planes: job.without_noise(planes, first, count))
+
+
+def _cleaned(job, passes, clean):
+    """Passes with the planes of their colours as a function makes them."""
     width, height = job.region.size
     # The first view's; Cycles' numbers in the others are not those of the plan.
     _, view = next(iter(passes))
     lit = {key: pixels for key, pixels in passes.items() if key[1] == view}
-    planes = job.without_noise(film.colours(lit, height, width), first, count)
-    return passes | film.with_colours(lit, planes)
+    return passes | film.with_colours(lit, clean(film.colours(lit, height, width)))
 
 
-def _in_parts(engine, depsgraph, job):
-    """Several Cycles renders: colours of each go through the filter, data are those of the first."""
-    width, height = job.region.size
+def _filtered(engine, depsgraph, job):
+    """A Cycles render for each sample: colours of each go through the filter, data are those of the first."""
+    first, sums = None, None
+    for sample in range(job.rates.base):
+        if first and engine.test_break():
+            break
+        ((passes, where, share),) = _of_plan(engine, depsgraph, job, sample, 1, _everywhere(job))
+        planes = _planes(job, without_noise(job, passes, sample, 1))
+        if first is None:
+            first, sums = passes, Reconstruction(job.filter, *planes.shape)
+        sums.add(planes, where, share)
+    return film.with_colours(first, sums.pixels())
+
+
+def _adapted(engine, depsgraph, job):
+    """Cycles renders at the base rate, then of further samples for the pixels that need them; data are of the first."""
     rates = job.rates
-    everywhere = np.ones((height, width), bool)
-    levels = np.zeros((height, width), np.int8)
-    shots = _shots(job, 0, rates.base)
-    parts = (_part(engine, depsgraph, job, job.plan, *shot, everywhere) for shot in shots)
-    if job.choose_levels:
-        parts = list(parts)
-        combined = [film.combined(passes | denoising.noisy(passes)) for passes, _, _ in parts]
-        picture = np.mean(combined, axis=0)
-        levels = job.choose_levels(picture.reshape(height, width, 4))
-        engine.shown = display.Picture(job.region, picture)
+    engine.shown = display.InOrder(job.region, job.plan)
+    base = list(_of_plan(engine, depsgraph, job, 0, rates.base, _everywhere(job)))
+    first = base[0][0]
+    picture = _base_picture(job, [passes for passes, _, _ in base])
+    # Further renders show nothing that is better.
+    engine.shown = display.Picture(job.region, picture.reshape(-1, 4))
+    levels = _levels(job, picture)
     count = rates.counts[levels].astype(np.float32)
     base_weight = rates.base_weight[levels]
     total = count - rates.base * (1.0 - base_weight)
+    noisiest = spots.make(levels == 2, job.region, rates.extra // rates.whole, job.seed ^ _APART)
     parts = itertools.chain(
-        ((passes, where, share * base_weight, shot) for (passes, where, share), shot in zip(parts, shots, strict=True)),
-        ((*part, None) for part in _further_parts(engine, depsgraph, job, levels)),
+        ((_planes(job, passes), where, share * base_weight) for passes, where, share in base),
+        _further(engine, depsgraph, job, levels == 1, noisiest),
     )
-
-    first, sums = None, None
-    for passes, where, share, shot in parts:
-        if first is not None and engine.test_break():
+    used, mean, sums = [], 0.0, None
+    for planes, where, share in parts:
+        weight = share / total
+        mean += weight * planes
+        sums = sums or Reconstruction(job.filter or Filter("BOX", 1.0), *planes.shape)
+        sums.add(planes, where, weight)
+        used.append((where, weight))
+        if engine.test_break():
             break
-        colours = film.colours(passes, height, width)
-        if shot and job.without_noise:
-            # Samples that further ones complete cancel some of their noise by themselves.
-            less = film.colours(without_noise(job, passes, *shot), height, width)
-            colours = np.where(levels == 0, less, colours)
-        if first is None:
-            first = passes
-            sums = Reconstruction(job.filter or Filter("BOX", 1.0), len(colours), height, width)
-        sums.add(colours, where, share / total)
-    passes = film.with_colours(first, sums.pixels())
+    result = sums.pixels()
+    if job.without_noise and not engine.test_break():
+        clean = _cleaned(
+            job, film.with_colours(first, mean), lambda planes: job.without_noise(planes, levels, noisiest)
+        )
+        noise = mean - _planes(job, clean)
+        if job.filter:
+            sums = Reconstruction(job.filter, *noise.shape)
+            for where, weight in used:
+                sums.add(noise, where, weight)
+            noise = sums.pixels()
+        result -= noise
+    passes = film.with_colours(first, result)
     return passes | {key: count.reshape(-1, 1) for key in passes if key[0] == _SAMPLE_COUNT}
 
 
-def _further_parts(engine, depsgraph, job, levels):
-    """Parts beyond the base: pixels of level 1 complete their block, those of level 2 take a larger one."""
-    base, whole, extra = job.rates.base, job.rates.whole, job.rates.extra
-    blocks = [(1, job.plan, base, whole - base), (2, job.extra_plan, 0, extra)]
-    for level, plan, first, count in blocks:
-        taken = levels == level
-        if count and taken.any():
-            for shot in _shots(job, first, count):
-                yield _part(engine, depsgraph, job, plan, *shot, taken)
+def _base_picture(job, shots):
+    """What is left of the base when the known noise is taken out: (height, width, 4)."""
+    width, height = job.region.size
+    picture = np.mean([film.combined(passes | denoising.noisy(passes)) for passes in shots], axis=0)
+    if job.without_noise:
+        planes = picture.T.reshape(-1, height, width)
+        picture = np.moveaxis(job.without_noise(planes, np.zeros((height, width), np.int8)), 0, 2)
+    return picture.reshape(height, width, 4)
+
+
+def _levels(job, picture):
+    levels = job.choose_levels(picture)
+    return levels if spots.fit(job.region) else np.minimum(levels, 1)
+
+
+def _further(engine, depsgraph, job, completed, noisiest):
+    """Samples beyond the base: some pixels complete their block, the noisiest take a larger one."""
+    base, whole = job.rates.base, job.rates.whole
+    if whole > base and completed.any():
+        for passes, where, share in _of_plan(engine, depsgraph, job, base, whole - base, completed):
+            yield _planes(job, passes), where, share
+    for some in noisiest:
+        yield from _of_spots(engine, depsgraph, job, some)
+
+
+def _of_plan(engine, depsgraph, job, first, count, taken):
+    """Renders of some of the plan's samples at some pixels: passes, where in the pixel these lie, samples of each."""
+    for sample, samples in _shots(job, first, count):
+        where = positions(job.region, sample, job.seed)
+        at_render = where.reshape(2, -1)[:, job.plan.film] if job.filter else None
+        wanted = taken.ravel()[job.plan.film]
+        _restrict(depsgraph, job, job.plan, _PLAN, sample, samples, at_render, wanted)
+        yield _rendered(engine, depsgraph, job), where, samples * taken.astype(np.float32)
+
+
+def _of_spots(engine, depsgraph, job, chosen):
+    """As `_of_plan`, planes instead of passes, for the pixels that several render pixels serve."""
+    width, height = job.region.size
+    name = f"spots_{chosen.plan.seed}.tif"
+    chosen.plan.write(os.path.join(job.folder.name, name))
+    # Cycles puts the first sample of each servant into the middle of the pixel; together they would be too many there.
+    kind = job.scene.cycles.pixel_filter_type
+    if not job.filter and kind != "BOX":
+        for view in job.views.values():
+            view.camera.data.cycles_custom["reach"] = job.scene.cycles.filter_width
+    for sample, samples in _shots(job, 0, job.rates.whole):
+        after = job.rates.base + sample * len(chosen.servants)
+        where = [positions(job.region, after + number, job.seed) for number in range(len(chosen.servants))]
+        at_render = np.zeros((2, job.region.pixels), np.uint16)
+        for servants, place in zip(chosen.servants, where, strict=True):
+            here = place.reshape(2, -1)[:, chosen.film]
+            at_render[:, servants] = here if job.filter else by_importance(here, kind)
+        _restrict(depsgraph, job, chosen.plan, name, sample, samples, at_render, chosen.plan.film >= 0)
+        # Only then does Cycles take notice of another seed.
+        cycles.reset(engine, bpy.data, depsgraph)
+        planes = _planes(job, _passes(engine, depsgraph, job)).reshape(-1, job.region.pixels)
+        for servants, place in zip(chosen.servants, where, strict=True):
+            moved = np.zeros((len(planes), job.region.pixels), np.float32)
+            moved[:, chosen.film] = planes[:, servants]
+            share = np.zeros(job.region.pixels, np.float32)
+            share[chosen.film] = samples
+            yield moved.reshape(-1, height, width), place, share.reshape(height, width)
 
 
 def _shots(job, first, count):
@@ -400,23 +478,30 @@ def _shots(job, first, count):
     return [(sample, 1) for sample in range(first, first + count)] if job.filter else [(first, count)]
 
 
-def _part(engine, depsgraph, job, plan, first, count, taken):
-    """One Cycles render of some samples at some pixels: passes, where in the pixel they lie, samples of each pixel."""
-    is_extra = plan is job.extra_plan
-    # The second plan's samples come after the base.
-    where = positions(job.region, first + job.rates.base * is_extra, job.seed)
-    prefix = _EXTRA * is_extra
-    image = os.path.join(job.folder.name, f"{prefix}positions_{first}.tif")
-    plan.write_positions(image, where if job.filter else None, taken)
+def _planes(job, passes):
+    width, height = job.region.size
+    return film.colours(passes, height, width)
+
+
+def _everywhere(job):
+    width, height = job.region.size
+    return np.ones((height, width), bool)
+
+
+def _restrict(depsgraph, job, plan, name, first, count, where, taken):
+    """Make the next render one of some of its samples, at some render pixels, aimed by the plan's image `name`.
+
+    Where in their film pixels the samples lie (None: where Cycles puts them), and whether they are taken, is told for
+    each render pixel.
+    """
+    image = os.path.join(job.folder.name, f"{first}_in_{name}")
+    plan.write_positions(image, where, taken, bool(job.filter))
     scene = depsgraph.scene_eval
     for view in job.views.values():
-        view.camera.data.cycles_custom["plan"] = os.path.join(job.folder.name, prefix + _PLAN)
+        view.camera.data.cycles_custom["plan"] = os.path.join(job.folder.name, name)
         view.camera.data.cycles_custom["positions"] = image
-    set_samples(scene.cycles, job.rates.extra if is_extra else job.rates.whole)
+    set_samples(scene.cycles, job.rates.whole)
     scene.cycles.seed = plan.seed
     scene.cycles.use_sample_subset = True
     scene.cycles.sample_offset = first
     scene.cycles.sample_subset_length = count
-    if taken.all():  # else the picture that is shown is better
-        engine.shown = display.InOrder(job.region, plan)
-    return _rendered(engine, depsgraph, job, plan), where, count * taken.astype(np.float32)

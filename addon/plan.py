@@ -104,7 +104,7 @@ class Plan:
         """
 
         def entries(pixels):
-            row, column = np.divmod(self.film[pixels], np.int32(self.width))
+            row, column = np.divmod(np.maximum(self.film[pixels], 0), np.int32(self.width))
             if self.lens_shift is None:
                 return np.column_stack([column, row, np.zeros((row.size, 2), np.int32)])
             # A shift by 1 may come out as 65535 / 65535; modulo 1 that is the same as none.
@@ -112,30 +112,27 @@ class Plan:
 
         self._write(path, 4, entries)
 
-    def write_positions(self, path, positions, taken):
+    def write_positions(self, path, positions, taken, all_of_them=True):
         """Write an image of where in its film pixel each render pixel's sample lies, and whether it is taken.
 
         Parameters
         ----------
         path : str
-        positions : uint16 array, shape (2, height, width), or None
-            Of `reconstruction.positions`, at each film pixel; None leaves them to Cycles.
-        taken : bool array, shape (height, width)
-            At each film pixel.
+        positions : uint16 array, shape (2, pixels), or None
+            Of `reconstruction.positions`, at each render pixel; None leaves them to Cycles.
+        taken : bool array, shape (pixels,)
+            At each render pixel.
+        all_of_them : bool
+            Whether the positions are all samples', or only that of the one that Cycles puts into the middle.
 
         Raises
         ------
         Refused
             The folder is not writable, the disk is full.
         """
-        chosen = np.uint16(32768 if positions is None else 65535)
-
-        def entries(pixels):
-            film = self.film[pixels]
-            where = np.zeros((2, film.size)) if positions is None else positions.reshape(2, -1)[:, film]
-            return np.column_stack([*where, taken.ravel()[film] * chosen])
-
-        self._write(path, 3, entries)
+        chosen = np.uint16(32768 if positions is None else 65535 if all_of_them else 49152)
+        where = np.broadcast_to(np.uint16(0), (2, taken.size)) if positions is None else positions
+        self._write(path, 3, lambda pixels: np.column_stack([*where[:, pixels], taken[pixels] * chosen]))
 
     def _write(self, path, channels, entries):
         """Write an image band by band; `entries` of a slice of pixels are (pixels, channels)."""

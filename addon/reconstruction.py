@@ -137,6 +137,27 @@ def positions(region, sample, seed):
     return np.stack([x + _HALF * column + _GOLDEN * row, y + _GOLDEN * column + _HALF * row])
 
 
+def by_importance(uniform, kind):
+    """Positions that are as dense as one of Cycles' own pixel filters (`filter_table()` of its scene/film.cpp).
+
+    Parameters
+    ----------
+    uniform : uint16 array
+        Of `positions`.
+    kind : str
+        BOX, GAUSSIAN or BLACKMAN_HARRIS.
+
+    Returns
+    -------
+    uint16 array
+        q stands for (q + 1/2) / 65536 of the filter's width.
+    """
+    steps = (np.arange(65536) + 0.5) / 65536.0 - 0.5
+    density = {"BOX": _box, "GAUSSIAN": lambda x, half: _gaussian(2.0 * x, half), "BLACKMAN_HARRIS": blackman_harris}
+    below = np.cumsum(density[kind](steps, 0.5))
+    return np.searchsorted(below, (steps + 0.5) * below[-1]).astype(np.uint16)[uniform]
+
+
 class Reconstruction:
     """Sums of weighted samples, becoming pixels.
 

@@ -5,7 +5,9 @@ import bpy
 import numpy as np
 import pytest
 
-from addon import adaptive
+from addon import adaptive, automatic, cycles_random, gather, spots
+from addon.plan import Plan
+from addon.region import Region
 from tests import rendering
 
 COUNT = "ViewLayer.Debug Sample Count"
@@ -76,6 +78,78 @@ def test_variance_is_that_of_the_noise():
     assert variance.std() < 0.01
 
 
+@pytest.mark.parametrize("region", [Region((90, 70), (0, 0), (90, 70)), Region((99, 80), (3, 5), (31, 27))])
+@pytest.mark.parametrize("servants", [2, 4])
+@pytest.mark.parametrize("share", [0.1, 0.9])
+def test_spots_are_served_once_by_whole_blocks(region, servants, share):
+    width, height = region.size
+    taken = np.random.default_rng(5).random((height, width)) < share
+    renders = spots.make(taken, region, servants, seed=7)
+    assert np.array_equal(np.sort(np.concatenate([some.film for some in renders])), np.flatnonzero(taken))
+    for some in renders:
+        y, x = np.divmod(some.servants, width)
+        ranks = cycles_random.pixel_ranks(x + region.corner[0], y + region.corner[1], some.plan.seed)
+        assert np.all(np.sort(ranks, axis=0) == servants * some.ranks + np.arange(servants)[:, None])
+        assert np.all(some.plan.film[some.servants] == some.film)
+        assert np.count_nonzero(some.plan.film >= 0) == some.servants.size
+
+
+def test_neighbouring_spots_have_neighbouring_blocks():
+    """Blocks of four pixels of a square follow each other in the sequence, however many pixels are left out below."""
+    taken = np.zeros((64, 64), bool)
+    taken[32:48, 16:32] = True
+    (found,) = spots.make(taken, Region((64, 64), (0, 0), (64, 64)), 4, seed=7)
+    assert np.all(np.ptp(found.ranks.reshape(-1, 4), axis=1) == 3)
+
+
+def test_cycles_draws_what_spots_count_on(tmp_path, monkeypatch):
+    """A pixel of level 2 is the mean of its block's samples and, half as heavy, of the base."""
+    scene = rendering.empty_scene(32, 24)
+    rendering.add_camera(type="ORTHO", ortho_scale=1)
+    rendering.add_plane(4, rendering.diffuse())
+    rendering.add_parametric_light()
+    scene.spectral_tiles.adaptive = "BUDGET"
+    scene.spectral_tiles.control_variates = False
+    levels = np.zeros((24, 32), np.int8)
+    levels[10:18, 5:20] = 2
+    monkeypatch.setattr(adaptive, "levels_in_budget", lambda picture, rates: levels)
+    jobs = []
+    adapted = gather._adapted
+    monkeypatch.setattr(gather, "_adapted", lambda *given: jobs.append(given[-1]) or adapted(*given))
+    picture = rendering.beauty(rendering.render(tmp_path, "SPECTRAL_TILES", 2, seed=3))[::-1]
+    (job,) = jobs
+    (found,) = spots.make(levels == 2, job.region, 2, job.seed ^ gather._APART)
+    first = job.plan.at_film(job.region)[0].ravel()[found.film] * np.uint32(2)
+    block = found.ranks * np.uint32(4) + np.arange(4, dtype=np.uint32)[:, None]
+    base, extra = (cycles_random.sequence_values(index, ["light.u"])[..., 0] for index in (first, block))
+    drawn = (picture[..., 0] / picture[..., 2]).ravel()[found.film]
+    assert np.abs(drawn - (0.5 * base + extra.sum(axis=0)) / 4.5).max() < 2e-3
+
+
+def test_noise_of_all_levels_is_known():
+    """Where a pixel is what its numbers make it, less than half of the variance is left, whatever its rate."""
+    region = Region((96, 96), (0, 0), (96, 96))
+    rates = adaptive.rates_in_budget(2)
+    levels = np.random.default_rng(6).integers(0, 3, (96, 96)).astype(np.int8)
+    found = spots.make(levels == 2, region, 2, seed=9)
+    y, x = np.mgrid[:96, :96]
+    ranks = cycles_random.pixel_ranks(x, y, 1)
+    drawn = automatic.drawn(Plan(1, 96, np.arange(96 * 96, dtype=np.int32)), region, 2)
+    cleaner = adaptive.Cleaner((((("light.pick",),), 1.0),), rates, drawn)
+
+    def wave(first, count):
+        index = np.asarray(first * np.uint32(count)) + np.arange(count, dtype=np.uint32).reshape(-1, *(1,) * first.ndim)
+        return np.cos(np.pi * cycles_random.sequence_values(index, ["light.pick"])[..., 0])
+
+    whole = wave(ranks, 2)
+    noise = np.where(levels == 1, whole.mean(axis=0), whole[0])
+    for some in found:
+        noise.ravel()[some.film] = wave(some.ranks, 4).mean(axis=0)
+    left = cleaner((1.0 + noise)[None].astype(np.float32), levels, found)[0] - 1.0
+    for level in range(3):
+        assert left[levels == level].var() < 0.5 * noise[levels == level].var()
+
+
 def scene_with_a_shadow():
     """A plane half of which lies in the soft shadow of something that the camera does not see."""
     scene = rendering.empty_scene(24, 24)
@@ -102,6 +176,24 @@ def test_expectation_is_native_and_counts_keep_to_the_budget(tmp_path, chosen):
     assert 1.9 <= count.mean() <= 2.0
     noise = native[..., 0].std(axis=0)
     assert count.mean(axis=0)[..., 0][noise > np.quantile(noise, 0.8)].mean() > 2.3
+
+
+# With THRESHOLD the mean was 0.3 % low (3 standard errors over 50 seeds) before noise was taken out, too.
+# Perhaps the plan, which makes neighbours of a bright pixel dark ones, lets their contrast know the pixel's sign.
+_BIASED = pytest.param("THRESHOLD", marks=pytest.mark.xfail(reason="biased, perhaps since neighbours differ"))
+
+
+@pytest.mark.parametrize("adapted", ["BUDGET", _BIASED])
+def test_expectation_is_native_where_noise_is_known(tmp_path, adapted):
+    """Several lights, of which a pixel knows which it chose, and a wide filter of Cycles' own."""
+    scene = scene_with_a_shadow()
+    scene.cycles.pixel_filter_type, scene.cycles.filter_width = "BLACKMAN_HARRIS", 1.5
+    rendering.add_light("POINT", 150, (2, 1, 2), shadow_soft_size=0.5)
+    rendering.add_light("AREA", 100, (-2, -2, 3), size=1)
+    native = rendering.stack(tmp_path, "CYCLES", range(24), 4)
+    scene.spectral_tiles.adaptive = adapted
+    ours = rendering.stack(tmp_path, "SPECTRAL_TILES", range(40), 2)
+    rendering.assert_same_expectation(ours, native)
 
 
 def test_threshold_leaves_flat_parts_alone(tmp_path):
