@@ -362,7 +362,7 @@ def _filtered(engine, depsgraph, job):
         planes = _planes(job, without_noise(job, passes, sample, 1))
         if first is None:
             first, sums = passes, Reconstruction(job.filter, *planes.shape)
-        sums.add(planes, where, share)
+        sums.add(planes, where, share / job.rates.base)
     return film.with_colours(first, sums.pixels())
 
 
