@@ -16,6 +16,9 @@ from mathutils import Matrix
 
 from .region import bands
 
+# Larger pictures are shown as Cycles has them: moving their pixels again and again would take its time.
+_MOST_PIXELS = 2**24
+
 
 class InOrder:
     """Cycles' picture so far, every pixel where it belongs.
@@ -32,7 +35,9 @@ class InOrder:
         self._servants = None
 
     def draw(self, draw_cycles):
-        """Draw what `draw_cycles()` would draw."""
+        """Draw what `draw_cycles()` would draw, in order."""
+        if self._region.pixels > _MOST_PIXELS:
+            return draw_cycles()
         size = self._region.size
         left, bottom = self._region.corner
         right, top = left + size[0], bottom + size[1]

@@ -33,6 +33,14 @@ def seed_and_frame(scene):
     return scene.spectral_tiles.seed + (frame or 0), frame
 
 
+def set_samples(settings, samples):
+    """Make Cycles take exactly this many samples in every pixel of every layer."""
+    settings.samples = samples
+    settings.use_adaptive_sampling = False
+    settings.use_layer_samples = "IGNORE"
+    settings.time_limit = 0.0
+
+
 def chosen_filter(settings):
     """What samples are spread by, or None if Cycles' own filter is wanted."""
     if settings.filter == "AS_CYCLES":

@@ -37,7 +37,7 @@ class SpectralTilesRender(bpy.types.RenderEngine):
     def update(self, data, depsgraph):
         self.job = self.shown = None
         if self.native and not self.is_preview:
-            gather.set_samples(depsgraph.scene_eval.cycles, depsgraph.scene.spectral_tiles.samples)
+            driver.set_samples(depsgraph.scene_eval.cycles, depsgraph.scene.spectral_tiles.samples)
         elif not self.is_preview:
             chosen = subrender if driver.is_subrender(depsgraph.scene_eval) else gather
             self.job = failure.attempt(self, chosen.prepare, data, depsgraph)

@@ -25,6 +25,7 @@ from . import (
     exposure,
     film,
     gather,
+    in_order,
     layers,
     library,
     persistence,
@@ -268,12 +269,12 @@ def render(engine, depsgraph, job):
     finally:
         written.put_back()
         engine.frame_set(job.frame[0], subframe=job.frame[1])
-    gather.finish(engine, job, mean)
+    in_order.finish(engine, job, mean)
 
 
 def _without_noise(engine, job, passes, first, count):
     """Passes without the noise that is known, if they are whole."""
-    return passes if engine.test_break() else gather.without_noise(job, passes, first, count)
+    return passes if engine.test_break() else in_order.without_noise(job, passes, first, count)
 
 
 def _spread(job, sample, passes, sums):
@@ -358,7 +359,7 @@ def _set_sampling(written, scene, layer, plan, point):
         time_limit=0.0,
         pixel_filter_type="GAUSSIAN",
         filter_width=_PINNED,
-        tile_size=gather.LARGEST,
+        tile_size=in_order.LARGEST,
         use_denoising=False,
     )
     written.set(scene.render, use_motion_blur=False)

@@ -5,7 +5,7 @@ import bpy
 import numpy as np
 import pytest
 
-from addon import adaptive, automatic, cycles_random, gather, spots
+from addon import adaptive, automatic, cycles_random, several_renders, spots
 from addon.plan import Plan
 from addon.region import Region
 from tests import rendering
@@ -114,11 +114,11 @@ def test_cycles_draws_what_spots_count_on(tmp_path, monkeypatch):
     levels[10:18, 5:20] = 2
     monkeypatch.setattr(adaptive, "levels_in_budget", lambda picture, rates: levels)
     jobs = []
-    adapted = gather._adapted
-    monkeypatch.setattr(gather, "_adapted", lambda *given: jobs.append(given[-1]) or adapted(*given))
+    adapted = several_renders.adapted
+    monkeypatch.setattr(several_renders, "adapted", lambda *given: jobs.append(given[-1]) or adapted(*given))
     picture = rendering.beauty(rendering.render(tmp_path, "SPECTRAL_TILES", 2, seed=3))[::-1]
     (job,) = jobs
-    (found,) = spots.make(levels == 2, job.region, 2, job.seed ^ gather._APART)
+    (found,) = spots.make(levels == 2, job.region, 2, job.seed ^ several_renders._APART)
     first = job.plan.at_film(job.region)[0].ravel()[found.film] * np.uint32(2)
     block = found.ranks * np.uint32(4) + np.arange(4, dtype=np.uint32)[:, None]
     base, extra = (cycles_random.sequence_values(index, ["light.u"])[..., 0] for index in (first, block))

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import generator
-from addon import analysis, driver, forecast, gather, library, plan, progress, tile_making, tile_picture
+from addon import analysis, driver, forecast, library, plan, progress, tile_making, tile_picture
 from tests import rendering
 
 
@@ -119,7 +119,7 @@ def test_ignored_settings_are_told():
     cycles.time_limit = 5.0
     bpy.context.view_layer.samples = 3
     assert len(forecast.ignored(scene)) == 3
-    gather.set_samples(cycles, 1)
+    driver.set_samples(cycles, 1)
     assert forecast.ignored(scene) == []
 
 

@@ -1,0 +1,175 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Several Cycles renders of the GATHER driver that make one picture: of each sample, or of more where it is noisy."""
+
+import itertools
+import os
+
+import bpy
+import numpy as np
+from cycles import engine as cycles
+
+from . import denoising, display, driver, film, spots
+from .in_order import as_rendered, cleaned, rendered, without_noise
+from .reconstruction import Filter, Reconstruction, by_importance, positions
+
+# File name of the plan's image.
+PLAN = "plan.tif"
+
+# Cycles' pass with the number of samples that each pixel got.
+_SAMPLE_COUNT = "Debug Sample Count"
+
+# Between the seeds of the plan and of spots, beyond any animation's.
+_APART = 1 << 30
+
+
+def filtered(engine, depsgraph, job):
+    """A Cycles render for each sample: colours of each go through the filter, data are those of the first."""
+    first, sums = None, None
+    for sample in range(job.rates.base):
+        if first and engine.test_break():
+            break
+        ((passes, where, share),) = _of_plan(engine, depsgraph, job, sample, 1, _everywhere(job))
+        planes = _planes(job, without_noise(job, passes, sample, 1))
+        if first is None:
+            first, sums = passes, Reconstruction(job.filter, *planes.shape)
+        sums.add(planes, where, share / job.rates.base)
+    return film.with_colours(first, sums.pixels())
+
+
+def adapted(engine, depsgraph, job):
+    """Cycles renders at the base rate, then of further samples for the pixels that need them; data are of the first."""
+    rates = job.rates
+    engine.shown = display.InOrder(job.region, job.plan)
+    base = list(_of_plan(engine, depsgraph, job, 0, rates.base, _everywhere(job)))
+    first = base[0][0]
+    picture = _base_picture(job, [passes for passes, _, _ in base])
+    # Further renders show nothing that is better.
+    engine.shown = display.Picture(job.region, picture.reshape(-1, 4))
+    levels = _levels(job, picture)
+    count = rates.counts[levels].astype(np.float32)
+    base_weight = rates.base_weight[levels]
+    total = count - rates.base * (1.0 - base_weight)
+    noisiest = spots.make(levels == 2, job.region, rates.extra // rates.whole, job.seed ^ _APART)
+    parts = itertools.chain(
+        ((_planes(job, passes), where, share * base_weight) for passes, where, share in base),
+        _further(engine, depsgraph, job, levels == 1, noisiest),
+    )
+    used, mean, sums = [], 0.0, None
+    for planes, where, share in parts:
+        weight = share / total
+        mean += weight * planes
+        sums = sums or Reconstruction(job.filter or Filter("BOX", 1.0), *planes.shape)
+        sums.add(planes, where, weight)
+        used.append((where, weight))
+        if engine.test_break():
+            break
+    result = sums.pixels()
+    if job.without_noise and not engine.test_break():
+        clean = cleaned(job, film.with_colours(first, mean), lambda planes: job.without_noise(planes, levels, noisiest))
+        noise = mean - _planes(job, clean)
+        if job.filter:
+            sums = Reconstruction(job.filter, *noise.shape)
+            for where, weight in used:
+                sums.add(noise, where, weight)
+            noise = sums.pixels()
+        result -= noise
+    passes = film.with_colours(first, result)
+    return passes | {key: count.reshape(-1, 1) for key in passes if key[0] == _SAMPLE_COUNT}
+
+
+def _base_picture(job, shots):
+    """What is left of the base when the known noise is taken out: (height, width, 4)."""
+    width, height = job.region.size
+    picture = np.mean([film.combined(passes | denoising.noisy(passes)) for passes in shots], axis=0)
+    if job.without_noise:
+        planes = picture.T.reshape(-1, height, width)
+        picture = np.moveaxis(job.without_noise(planes, np.zeros((height, width), np.int8)), 0, 2)
+    return picture.reshape(height, width, 4)
+
+
+def _levels(job, picture):
+    levels = job.choose_levels(picture)
+    return levels if spots.fit(job.region) else np.minimum(levels, 1)
+
+
+def _further(engine, depsgraph, job, completed, noisiest):
+    """Samples beyond the base: some pixels complete their block, the noisiest take a larger one."""
+    base, whole = job.rates.base, job.rates.whole
+    if whole > base and completed.any():
+        for passes, where, share in _of_plan(engine, depsgraph, job, base, whole - base, completed):
+            yield _planes(job, passes), where, share
+    for some in noisiest:
+        yield from _of_spots(engine, depsgraph, job, some)
+
+
+def _of_plan(engine, depsgraph, job, first, count, taken):
+    """Renders of some of the plan's samples at some pixels: passes, where in the pixel these lie, samples of each."""
+    for sample, samples in _shots(job, first, count):
+        where = positions(job.region, sample, job.seed)
+        at_render = where.reshape(2, -1)[:, job.plan.film] if job.filter else None
+        wanted = taken.ravel()[job.plan.film]
+        _restrict(depsgraph, job, job.plan, PLAN, sample, samples, at_render, wanted)
+        yield rendered(engine, depsgraph, job), where, samples * taken.astype(np.float32)
+
+
+def _of_spots(engine, depsgraph, job, chosen):
+    """As `_of_plan`, planes instead of passes, for the pixels that several render pixels serve."""
+    width, height = job.region.size
+    name = f"spots_{chosen.plan.seed}.tif"
+    chosen.plan.write(os.path.join(job.folder.name, name))
+    # Cycles puts the first sample of each servant into the middle of the pixel; together they would be too many there.
+    kind = job.scene.cycles.pixel_filter_type
+    if not job.filter and kind != "BOX":
+        for view in job.views.values():
+            view.camera.data.cycles_custom["reach"] = job.scene.cycles.filter_width
+    for sample, samples in _shots(job, 0, job.rates.whole):
+        after = job.rates.base + sample * len(chosen.servants)
+        where = [positions(job.region, after + number, job.seed) for number in range(len(chosen.servants))]
+        at_render = np.zeros((2, job.region.pixels), np.uint16)
+        for servants, place in zip(chosen.servants, where, strict=True):
+            here = place.reshape(2, -1)[:, chosen.film]
+            at_render[:, servants] = here if job.filter else by_importance(here, kind)
+        _restrict(depsgraph, job, chosen.plan, name, sample, samples, at_render, chosen.plan.film >= 0)
+        # Only then does Cycles take notice of another seed.
+        cycles.reset(engine, bpy.data, depsgraph)
+        planes = _planes(job, as_rendered(engine, depsgraph, job)).reshape(-1, job.region.pixels)
+        for servants, place in zip(chosen.servants, where, strict=True):
+            moved = np.zeros((len(planes), job.region.pixels), np.float32)
+            moved[:, chosen.film] = planes[:, servants]
+            share = np.zeros(job.region.pixels, np.float32)
+            share[chosen.film] = samples
+            yield moved.reshape(-1, height, width), place, share.reshape(height, width)
+
+
+def _shots(job, first, count):
+    """Parts of the sequence, as (first sample, count), that are rendered at once: for a filter one by one."""
+    return [(sample, 1) for sample in range(first, first + count)] if job.filter else [(first, count)]
+
+
+def _planes(job, passes):
+    width, height = job.region.size
+    return film.colours(passes, height, width)
+
+
+def _everywhere(job):
+    width, height = job.region.size
+    return np.ones((height, width), bool)
+
+
+def _restrict(depsgraph, job, plan, name, first, count, where, taken):
+    """Make the next render one of some of its samples, at some render pixels, aimed by the plan's image `name`.
+
+    Where in their film pixels the samples lie (None: where Cycles puts them), and whether they are taken, is told for
+    each render pixel.
+    """
+    image = os.path.join(job.folder.name, f"{first}_in_{name}")
+    plan.write_positions(image, where, taken, bool(job.filter))
+    scene = depsgraph.scene_eval
+    for view in job.views.values():
+        view.camera.data.cycles_custom["plan"] = os.path.join(job.folder.name, name)
+        view.camera.data.cycles_custom["positions"] = image
+    driver.set_samples(scene.cycles, job.rates.whole)
+    scene.cycles.seed = plan.seed
+    scene.cycles.use_sample_subset = True
+    scene.cycles.sample_offset = first
+    scene.cycles.sample_subset_length = count
