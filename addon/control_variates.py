@@ -23,7 +23,7 @@ from . import automatic, modes
 
 # Modes that may explain something, and how many of them are used.  And samples a pixel beyond which what is left to
 # explain is not worth the time.
-_CANDIDATES, _MODES = 64, 32
+_CANDIDATES, _MODES = 64, 24
 MOST_SAMPLES = 8
 
 # Pixels a side of the blocks that share their coefficients, and to how many blocks each way a block listens.
@@ -124,11 +124,11 @@ def without_noise(planes, numbers, candidates, period=0):
             def numbers_seen(rows):
                 return numbers((_moved(rows, seen.start), slice(None)), found.modes)
 
-            for rows, explained in _explained(planes[:, seen], numbers_seen, found):
+            for rows, explained in _explained(planes[found.noisy, seen], numbers_seen, found):
                 here = _moved(rows, seen.start)
                 kept = slice(max(here.start, own.start), min(here.stop, own.stop))
                 if kept.start < kept.stop:
-                    result[:, kept] -= explained[:, kept.start - here.start : kept.stop - here.start]
+                    result[found.noisy, kept] -= explained[:, kept.start - here.start : kept.stop - here.start]
 
         if found.modes:
             list(threads.map(clean, range(0, height, part)))
@@ -167,13 +167,16 @@ class _Survey:
     basis : float32 array, shape (directions, modes)
         Sums of modes that do not go together: several samples of a pixel depend on each other, and so do their modes.
         Their mean square is 1.
-    strength : float32 array, shape (planes, directions)
+    noisy : integer array
+        Planes of which something is explained.
+    strength : float32 array, shape (noisy planes, directions)
         By how much the squares of their scores (`_Blocks.listen`) exceed chance on average; 0 if not by enough.
     """
 
     listening: _Listening
     modes: list[tuple]
     basis: np.ndarray
+    noisy: np.ndarray
     strength: np.ndarray
 
 
@@ -204,7 +207,10 @@ def _survey(planes, numbers, candidates, listening, threads):
     scores, moments = scores[..., best], moments[np.ix_(best, best)]
     # A direction that is all but a sum of those before it is left to itself.
     basis = np.linalg.inv(np.linalg.cholesky(moments + _ALIKE * np.diag(np.diag(moments))))
-    return _Survey(listening, [candidates[number] for number in best], basis.astype(np.float32), strength(basis))
+    found = strength(basis)
+    noisy = np.flatnonzero(found.any(axis=1))
+    chosen = [candidates[number] for number in best] if noisy.size else []
+    return _Survey(listening, chosen, basis.astype(np.float32), noisy, found[noisy])
 
 
 def _most_by_chance(squares, largest):
