@@ -11,6 +11,10 @@ samples of one pixel, here it is a few samples each of many pixels).
 Three things keep the expectation: a pixel's own block has no say in its coefficient, only the blocks around have;
 what that is scaled by, the size of the noise nearby, knows nothing of its sign; and modes are waves, as often and as
 far below zero as above.
+
+Which modes are looked for, and how far a coefficient is believed, tiles of the picture say beforehand: by how much
+coefficients of that mode differ from zero on average, beyond chance (empirical Bayes; Efron and Morris, "Stein's
+Estimation Rule and Its Competitors" (1973)).
 """
 
 import concurrent.futures
