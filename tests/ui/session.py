@@ -322,6 +322,20 @@ def preview():
     picture.save()
 
 
+def render_and_cancel(name, seconds):
+    """Pictures of a render after some seconds and of what is left when it is cancelled."""
+    press(F12)
+    yield from until(rendering, 10)
+    yield from idle(seconds)
+    shoot(name)
+    note(**{f"{name}_was_rendering": rendering()})
+    yield from escape(f"seconds_to_cancel_{name}")
+    yield from idle(1)
+    shoot(f"{name}_cancelled")
+    press(ESCAPE)
+    yield from idle(0.5)
+
+
 def demo():
     """The demo scene, cancelled."""
     bpy.ops.wm.open_mainfile(filepath=os.path.join(FOLDER, "spinning_wheels.blend"), load_ui=False)
@@ -330,16 +344,7 @@ def demo():
     scene.render.engine = "SPECTRAL_TILES"
     scene.spectral_tiles.samples = 16
     scene.cycles.use_denoising = False
-    press(F12)
-    yield from until(rendering, 10)
-    yield from idle(6)
-    shoot("demo")
-    note(demo_was_rendering=rendering())
-    yield from escape("seconds_to_cancel_demo")
-    yield from idle(0.5)
-    shoot("demo_cancelled")
-    press(ESCAPE)
-    yield from idle(0.5)
+    yield from render_and_cancel("demo", 6)
 
 
 def in_order():
@@ -354,16 +359,7 @@ def in_order():
     scene = bpy.context.scene
     scene.render.resolution_percentage = 50
     scene.spectral_tiles.samples = 256
-    press(F12)
-    yield from until(rendering, 10)
-    yield from idle(8)
-    shoot("in_order")
-    note(in_order_was_rendering=rendering())
-    yield from escape("seconds_to_cancel_in_order")
-    yield from idle(1)
-    shoot("in_order_cancelled")
-    press(ESCAPE)
-    yield from idle(0.5)
+    yield from render_and_cancel("in_order", 8)
     driver.check_build, plan.Plan.write, camera.replace = before
 
 
