@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from . import automatic, modes, shared_sequence
+from . import automatic, cycles_random, modes, shared_sequence
 from .arrangement import ALIGNMENT, arrange
 from .matching import match
 from .tile_plan import evenly_spread
@@ -151,9 +151,9 @@ def _plan(order, samples, seed, count):
 
 
 def _curve(side):
-    """Cycles' own order of the cells, row by row: a Z-curve, int array of shape (side * side,)."""
+    """Cycles' own order of the cells, rows and columns exchanged: a Z-curve, int array of shape (side * side,)."""
     y, x = np.divmod(np.arange(side * side), side)
-    return sum(((x >> bit & 1) << 2 * bit) | ((y >> bit & 1) << 2 * bit + 1) for bit in range(side.bit_length()))
+    return cycles_random.z_order(y, x).astype(int)
 
 
 def _placed(error_features, side, before):
