@@ -260,9 +260,7 @@ def render(engine, depsgraph, job):
             else:
                 engine.shown = display.InOrder(job.region, job.plan)
                 passes = in_order.rendered(engine, depsgraph, job)
-                # A cancelled picture has not all of the samples whose numbers are known.
-                if not engine.test_break():
-                    passes = in_order.without_noise(job, passes, 0, job.rates.base)
+                passes = in_order.without_noise(engine, job, passes, 0, job.rates.base)
         in_order.finish(engine, job, passes)
     finally:
         if persistence.is_kept(engine):

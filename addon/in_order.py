@@ -37,9 +37,10 @@ def as_rendered(engine, depsgraph, job):
     return film.read_passes(engine, job.layer.name)
 
 
-def without_noise(job, passes, first, count):
+def without_noise(engine, job, passes, first, count):
     """Passes of a picture without the noise that Cycles' known numbers explain."""
-    if job.without_noise is None or count > control_variates.MOST_SAMPLES:
+    # A cancelled picture has not all of the samples whose numbers are known.
+    if engine.test_break() or job.without_noise is None or count > control_variates.MOST_SAMPLES:
         return passes
     return cleaned(job, passes, lambda planes: job.without_noise(planes, first, count))
 

@@ -29,7 +29,7 @@ def filtered(engine, depsgraph, job):
         if first and engine.test_break():
             break
         ((passes, where, share),) = _of_plan(engine, depsgraph, job, sample, 1, _everywhere(job))
-        planes = _planes(job, without_noise(job, passes, sample, 1))
+        planes = _planes(job, without_noise(engine, job, passes, sample, 1))
         if first is None:
             first, sums = passes, Reconstruction(job.filter, *planes.shape)
         sums.add(planes, where, share / job.rates.base)

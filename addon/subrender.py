@@ -253,7 +253,7 @@ def render(engine, depsgraph, job):
                 if count > 1 and engine.test_break():
                     break
                 if job.filter and passes:
-                    sums = _spread(job, sample, _without_noise(engine, job, passes, sample, 1), sums)
+                    sums = _spread(job, sample, in_order.without_noise(engine, job, passes, sample, 1), sums)
                 if count == 1:
                     mean = passes
                 for key in passes:
@@ -263,18 +263,13 @@ def render(engine, depsgraph, job):
                     mean = film.with_colours(mean, sums.pixels())
                 film.write_passes(engine, job.region, job.layer.name, mean)
         if not job.filter:
-            mean = _without_noise(engine, job, mean, 0, len(job.subset))
+            mean = in_order.without_noise(engine, job, mean, 0, len(job.subset))
     except Refused as refused:
         report(engine, str(refused))
     finally:
         written.put_back()
         engine.frame_set(job.frame[0], subframe=job.frame[1])
     in_order.finish(engine, job, mean)
-
-
-def _without_noise(engine, job, passes, first, count):
-    """Passes without the noise that is known, if they are whole."""
-    return passes if engine.test_break() else in_order.without_noise(job, passes, first, count)
 
 
 def _spread(job, sample, passes, sums):

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import generator
-from addon import automatic, failure, film, forecast, gather, in_order, plan
+from addon import automatic, control_variates, failure, film, forecast, gather, plan
 from tests import rendering
 
 
@@ -186,8 +186,8 @@ def test_a_cancelled_picture_is_left_as_it_is(monkeypatch):
     """In order, but without control variates: not all the samples whose numbers are known were taken."""
     build_scene()
     render, cleaned, ordered = gather.render, [], []
-    without_noise, scatter = in_order.without_noise, film.scatter
-    monkeypatch.setattr(in_order, "without_noise", lambda *job: cleaned.append(1) or without_noise(*job))
+    without_noise, scatter = control_variates.without_noise, film.scatter
+    monkeypatch.setattr(control_variates, "without_noise", lambda *job: cleaned.append(1) or without_noise(*job))
     monkeypatch.setattr(film, "scatter", lambda *pixels: ordered.append(1) or scatter(*pixels))
     bpy.ops.render.render()
     assert cleaned and ordered
