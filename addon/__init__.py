@@ -15,6 +15,7 @@ from . import (  # noqa: E402  (they use what older versions do not have)
     command,
     engine,
     forecast,
+    main_thread,
     persistence,
     preset_menu,
     properties,
@@ -27,6 +28,7 @@ from . import (  # noqa: E402  (they use what older versions do not have)
 _MODULES = (
     properties,
     persistence,
+    main_thread,
     engine,
     forecast,
     tile_picture,

@@ -1,13 +1,15 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """What the image editor shows while a picture is rendered: its pixels in order.
 
-Blender lets the engine draw there.  Cycles would draw its own pixels, and those of GATHER are out of order.  Everything
-is drawn in linear light, in pixels of the full frame.  Textures live for one drawing only: an engine, and what it
-holds, is freed by the thread that renders, which has no graphics context.
+Blender lets the engine draw there.  Cycles would draw its own pixels: those of GATHER are out of order, and a
+sub-render is a small picture in a corner.  Everything is drawn in linear light, in pixels of the full frame.  Textures
+live for one drawing only: an engine, and what it holds, is freed by the thread that renders, which has no graphics
+context.
 """
 
 import functools
 
+import blf
 import gpu
 import numpy as np
 from gpu_extras.batch import batch_for_shader
@@ -18,6 +20,9 @@ from .region import bands
 
 # Larger pictures are shown as Cycles has them: moving their pixels again and again would take its time.
 _MOST_PIXELS = 2**24
+
+# Size of letters on the screen.
+_LETTER = 14
 
 
 class InOrder:
@@ -34,7 +39,7 @@ class InOrder:
         self._plan = plan
         self._servants = None
 
-    def draw(self, draw_cycles):
+    def draw(self, space, draw_cycles):
         """Draw what `draw_cycles()` would draw, in order."""
         if self._region.pixels > _MOST_PIXELS:
             return draw_cycles()
@@ -73,17 +78,24 @@ class Picture:
     region : Region
     pixels : float32 array, shape (pixels, 4)
         Rows from the bottom.
+    line : str
+        Shown below it.
     """
 
-    def __init__(self, region, pixels):
+    def __init__(self, region, pixels, line=""):
         self._region = region
         self._pixels = pixels
+        self._line = line
 
-    def draw(self, _draw_cycles):
-        """Draw it."""
-        size = self._region.size
+    def draw(self, space, _draw_cycles):
+        """Draw it into `space`, the image editor."""
+        size, (left, bottom) = self._region.size, self._region.corner
         gpu.state.blend_set("ALPHA_PREMULT")
-        draw_texture_2d(_texture(self._pixels, size, "RGBA16F"), self._region.corner, *size)
+        draw_texture_2d(_texture(self._pixels, size, "RGBA16F"), (left, bottom), *size)
+        letter = _LETTER / space.zoom[1]
+        blf.size(0, letter)
+        blf.position(0, left, bottom - 1.5 * letter, 0.0)
+        blf.draw(0, self._line)
         gpu.state.blend_set("NONE")
 
 

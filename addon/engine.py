@@ -67,7 +67,7 @@ class SpectralTilesRender(bpy.types.RenderEngine):
         if self.shown is None:
             draw_cycles()
         else:
-            self.shown.draw(draw_cycles)
+            self.shown.draw(context.space_data, draw_cycles)
 
     # Everything else is Cycles
 

@@ -24,6 +24,7 @@ from . import (
     in_order,
     layers,
     library,
+    main_thread,
     persistence,
     several_renders,
     shading,
@@ -189,8 +190,12 @@ def prepare(engine, data, depsgraph):
     sample_plan.write(image)
     facts = layers.facts(scene, layer.name, tile, sample_plan, seed, settings.samples)
     before = [(owner, persistence.values(owner)) for owner in (scene.cycles, *camera.written(views))]
-    _set_sampling(scene.cycles, settings.samples, sample_plan.seed)
-    camera.replace(scene, views, region, image)
+
+    def write():
+        _set_sampling(scene.cycles, settings.samples, sample_plan.seed)
+        camera.replace(scene, views, region, image)
+
+    main_thread.run(write, engine)
     without_noise = None
     if wants_less_noise(scene):
         drawn = automatic.drawn(sample_plan, region, settings.samples)
@@ -263,6 +268,10 @@ def render(engine, depsgraph, job):
                 passes = in_order.without_noise(engine, job, passes, 0, job.rates.base)
         in_order.finish(engine, job, passes)
     finally:
-        if persistence.is_kept(engine):
+
+        def put_back():
             for owner, values in job.before:
                 persistence.put_back(owner, values)
+
+        if persistence.is_kept(engine):
+            main_thread.run(put_back, engine)

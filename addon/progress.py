@@ -31,18 +31,21 @@ class Progress:
         self._told = self._loaded = time.monotonic()
 
     def step(self):
-        """Another one is done."""
+        """Another one is done; return what to tell the user, if it is time to, or None."""
         self.done += 1
         now = time.monotonic()
         self._engine.update_progress(self.done / self._count)
         if self.done == 1:
             self._loaded = now  # the first one also brings the scene into Cycles
-            return
+            return None
         Progress.pace = (now - self._loaded) / (self.done - 1)
-        if now > self._told + 1.0:
-            self._told = now
-            left = clock((self._count - self.done) * Progress.pace)
-            self._engine.update_stats("", f"Sub-render {self.done} of {self._count}, about {left} left")
+        if now < self._told + 1.0:
+            return None
+        self._told = now
+        left = clock((self._count - self.done) * Progress.pace)
+        line = f"Sub-render {self.done} of {self._count}, about {left} left"
+        self._engine.update_stats("", line)
+        return line
 
 
 def clock(seconds):

@@ -8,7 +8,7 @@ import bpy
 import numpy as np
 from cycles import engine as cycles
 
-from . import denoising, display, driver, film, spots
+from . import denoising, display, driver, film, main_thread, spots
 from .in_order import as_rendered, cleaned, rendered, without_noise
 from .reconstruction import Filter, Reconstruction, by_importance, positions
 
@@ -108,7 +108,7 @@ def _of_plan(engine, depsgraph, job, first, count, taken):
         where = positions(job.region, sample, job.seed)
         at_render = where.reshape(2, -1)[:, job.plan.film] if job.filter else None
         wanted = taken.ravel()[job.plan.film]
-        _restrict(depsgraph, job, job.plan, PLAN, sample, samples, at_render, wanted)
+        _restrict(engine, depsgraph, job, job.plan, PLAN, sample, samples, at_render, wanted)
         yield rendered(engine, depsgraph, job), where, samples * taken.astype(np.float32)
 
 
@@ -129,7 +129,7 @@ def _of_spots(engine, depsgraph, job, chosen):
         for servants, place in zip(chosen.servants, where, strict=True):
             here = place.reshape(2, -1)[:, chosen.film]
             at_render[:, servants] = here if job.filter else by_importance(here, kind)
-        _restrict(depsgraph, job, chosen.plan, name, sample, samples, at_render, chosen.plan.film >= 0)
+        _restrict(engine, depsgraph, job, chosen.plan, name, sample, samples, at_render, chosen.plan.film >= 0)
         # Only then does Cycles take notice of another seed.
         cycles.reset(engine, bpy.data, depsgraph)
         planes = _planes(job, as_rendered(engine, depsgraph, job)).reshape(-1, job.region.pixels)
@@ -156,7 +156,7 @@ def _everywhere(job):
     return np.ones((height, width), bool)
 
 
-def _restrict(depsgraph, job, plan, name, first, count, where, taken):
+def _restrict(engine, depsgraph, job, plan, name, first, count, where, taken):
     """Make the next render one of some of its samples, at some render pixels, aimed by the plan's image `name`.
 
     Where in their film pixels the samples lie (None: where Cycles puts them), and whether they are taken, is told for
@@ -164,12 +164,16 @@ def _restrict(depsgraph, job, plan, name, first, count, where, taken):
     """
     image = os.path.join(job.folder.name, f"{first}_in_{name}")
     plan.write_positions(image, where, taken, bool(job.filter))
-    scene = depsgraph.scene_eval
-    for view in job.views.values():
-        view.camera.data.cycles_custom["plan"] = os.path.join(job.folder.name, name)
-        view.camera.data.cycles_custom["positions"] = image
-    driver.set_samples(scene.cycles, job.rates.whole)
-    scene.cycles.seed = plan.seed
-    scene.cycles.use_sample_subset = True
-    scene.cycles.sample_offset = first
-    scene.cycles.sample_subset_length = count
+
+    def write():
+        for view in job.views.values():
+            view.camera.data.cycles_custom["plan"] = os.path.join(job.folder.name, name)
+            view.camera.data.cycles_custom["positions"] = image
+        settings = depsgraph.scene_eval.cycles
+        driver.set_samples(settings, job.rates.whole)
+        settings.seed = plan.seed
+        settings.use_sample_subset = True
+        settings.sample_offset = first
+        settings.sample_subset_length = count
+
+    main_thread.run(write, engine)

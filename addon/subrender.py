@@ -21,6 +21,7 @@ from . import (
     cell_plan,
     control_variates,
     denoising,
+    display,
     driver,
     exposure,
     film,
@@ -28,6 +29,7 @@ from . import (
     in_order,
     layers,
     library,
+    main_thread,
     persistence,
     shading,
     shared_sequence,
@@ -249,7 +251,7 @@ def render(engine, depsgraph, job):
     try:
         with camera.dicing(engine, scene, cameras):
             for count, sample in enumerate(job.subset, start=1):
-                passes = _render_sample(engine, depsgraph, job, sample, written, progress)
+                passes = _render_sample(engine, depsgraph, job, sample, written, progress, mean)
                 if count > 1 and engine.test_break():
                     break
                 if job.filter and passes:
@@ -267,8 +269,12 @@ def render(engine, depsgraph, job):
     except Refused as refused:
         report(engine, str(refused))
     finally:
-        written.put_back()
-        engine.frame_set(job.frame[0], subframe=job.frame[1])
+
+        def leave():
+            written.put_back()
+            engine.frame_set(job.frame[0], subframe=job.frame[1])
+
+        main_thread.run(leave, engine)
     in_order.finish(engine, job, mean)
 
 
@@ -284,8 +290,8 @@ def _spread(job, sample, passes, sums):
     return sums
 
 
-def _render_sample(engine, depsgraph, job, sample, written, progress):
-    """Passes with one sample in each pixel; black where the user cancelled before."""
+def _render_sample(engine, depsgraph, job, sample, written, progress, mean):
+    """Passes with one sample in each pixel, black where the user cancelled before; shows the `mean` of those before."""
     side = job.plan.side
     width, height = job.region.size
     passes = {}
@@ -303,37 +309,41 @@ def _render_sample(engine, depsgraph, job, sample, written, progress):
                 whole = passes.setdefault(key, np.zeros((height, width, pixels.shape[1]), np.float32))
                 part = whole[first[1] :: side, first[0] :: side]
                 part[...] = pixels.reshape(height, width, -1)[: part.shape[0], : part.shape[1]]
-        progress.step()
+        if (line := progress.step()) and passes:
+            engine.shown = display.Picture(job.region, film.combined(mean or passes), line)
     return {key: pixels.reshape(width * height, -1) for key, pixels in passes.items()}
 
 
 def _render_cell(engine, depsgraph, job, index, first_pixel, written):
     """Passes of one cell for one sample, in the lower left corner of otherwise meaningless ones."""
-    written.put_back()
-    if job.times is not None:
-        moment = job.frame[0] + job.frame[1] + job.times[index]
-        engine.frame_set(math.floor(moment), subframe=moment % 1.0)
-    cameras = cell_camera.cameras(engine, depsgraph.scene_eval)
+    moment = None if job.times is None else job.frame[0] + job.frame[1] + job.times[index]
 
-    def passes(point):
-        written.put_back()
-        scene, side = depsgraph.scene_eval, job.plan.side
-        first = np.add(job.region.corner, 0.5) + first_pixel + job.offsets[index] - side * job.drift[point]
-        for made in cameras:
-            cell_camera.aim(written, made, scene.render, job.region, side, first, job.plan.lens[index])
-        _set_sampling(written, scene, depsgraph.view_layer_eval, job.plan, point)
-        _set_border(written, engine.render, job.region, side)
+    def passes(point, moment):
+        main_thread.run(lambda: _aim(engine, depsgraph, job, index, first_pixel, point, moment, written), engine)
         cycles.reset(engine, job.data, depsgraph)
         cycles.render(engine, depsgraph)
         return film.read_passes(engine, job.layer.name)
 
     point = int(job.plan.offset[index])
-    seen = passes(point)
+    seen = passes(point, moment)
     missing = [key for key in seen if key[0] in film.FIRST_SAMPLE_PASSES]
     if missing and point > 0 and index[2] == 0:
-        first = passes(0)
+        first = passes(0, None)
         seen |= {key: first[key] for key in missing}
     return seen
+
+
+def _aim(engine, depsgraph, job, index, first_pixel, point, moment, written):
+    """Make the next Cycles render that of a cell with a point of the sequence; at another moment, if one is given."""
+    written.put_back()
+    if moment is not None:
+        engine.frame_set(math.floor(moment), subframe=moment % 1.0)
+    scene, side = depsgraph.scene_eval, job.plan.side
+    first = np.add(job.region.corner, 0.5) + first_pixel + job.offsets[index] - side * job.drift[point]
+    for made in cell_camera.cameras(engine, scene):
+        cell_camera.aim(written, made, scene.render, job.region, side, first, job.plan.lens[index])
+    _set_sampling(written, scene, depsgraph.view_layer_eval, job.plan, point)
+    _set_border(written, engine.render, job.region, side)
 
 
 def _set_sampling(written, scene, layer, plan, point):

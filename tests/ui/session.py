@@ -197,13 +197,26 @@ def escape(fact):
 
 def cancel():
     """F12 for a long render, then Esc."""
-    bpy.context.scene.spectral_tiles.samples = 64
+    bpy.context.scene.spectral_tiles.samples = 1024
     press(F12)
     yield from until(rendering, 10)
-    yield from idle(2)
+    yield from idle(4)
     shoot("cancel")
     note(was_rendering=rendering())
     yield from escape("seconds_to_cancel")
+    press(ESCAPE)
+    yield from idle(0.5)
+
+
+def many():
+    """Thousands of sub-renders, one picture after the other."""
+    bpy.context.scene.spectral_tiles.samples = 64
+    for number in range(10):
+        bpy.ops.render.render("INVOKE_DEFAULT")
+        yield from until(rendering, 10)
+        yield from until(lambda: not rendering(), RENDER)
+        note(pictures=number + 1)
+        yield from idle(0.2)
     press(ESCAPE)
     yield from idle(0.5)
 
@@ -364,7 +377,7 @@ def in_order():
 
 
 STEPS = (
-    install, build_scene, panel, undo, presets, generate, refused, still, cancel, animation, compare, off_and_on,
+    install, build_scene, panel, undo, presets, generate, refused, still, cancel, many, animation, compare, off_and_on,
     preview, demo, in_order,
 )  # fmt: skip
 

@@ -1,0 +1,85 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Writes to Blender's data, out of a render that a window runs in a thread of its own.
+
+Each assignment to a property tells the window to redraw, through a queue that is not made for two threads: thousands of
+them from a render's thread break it sooner or later, and Blender hangs.  So the main thread makes them, between its
+events, and the render's thread waits for that.
+"""
+
+import contextlib
+import queue
+import threading
+import time
+
+import bpy
+
+# Seconds from one look for callers to the next if there was none, and between a caller's looks at whether it is still
+# to wait.
+_PAUSE = 0.02
+
+# Seconds that the window does nothing else when callers follow each other: it redraws after each turn.
+_TURN = 0.1
+
+_calls = queue.SimpleQueue()
+
+
+class _Call:
+    def __init__(self, function):
+        self._function = function
+        self._is_taken = threading.Lock()
+        self.is_done = threading.Event()
+        self.error = None
+
+    def run(self):
+        """Call the function, unless that happens in another thread."""
+        if self._is_taken.acquire(blocking=False):
+            try:
+                self._function()
+            except Exception as error:
+                self.error = error
+            self.is_done.set()
+
+
+def run(function, engine):
+    """Call a function in the main thread, and wait until it is done.
+
+    Parameters
+    ----------
+    function : callable
+    engine : bpy.types.RenderEngine
+        If the user cancels its render, the main thread may be waiting for its end: the function is called here then.
+
+    Raises
+    ------
+    Exception
+        What the function raises.
+    """
+    if threading.current_thread() is threading.main_thread():
+        function()
+        return
+    call = _Call(function)
+    _calls.put(call)
+    while not call.is_done.wait(_PAUSE):
+        if engine.test_break():
+            call.run()
+    if call.error:
+        raise call.error
+
+
+def _serve():
+    """Timer of the main thread: run what is waiting, and what follows soon; return in how long to look again."""
+    if _calls.empty():
+        return _PAUSE
+    end = time.monotonic() + _TURN
+    with contextlib.suppress(queue.Empty):
+        while (left := end - time.monotonic()) > 0.0:
+            _calls.get(timeout=left).run()
+    return 0.0
+
+
+def register():
+    bpy.app.timers.register(_serve, persistent=True)
+
+
+def unregister():
+    bpy.app.timers.unregister(_serve)
