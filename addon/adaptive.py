@@ -10,9 +10,9 @@ A pixel's own samples have no say in its rate, only its neighbours' have: a pixe
 otherwise be diluted by further samples more often than one that was too dark, and the picture would lose light (Kirk
 and Arvo, "Unbiased Sampling Techniques for Image Synthesis", 1991).
 
-Noise that the random numbers explain is taken out (`addon.control_variates`) before rates are chosen, since only what
-is left needs samples, and of the whole picture afterwards.  There a pixel's own samples touch its neighbours' values by
-the slopes alone, one voice among a thousand and as often up as down, so that what they say of its rate has no sign.
+Noise that the random numbers explain (`addon.control_variates`) is taken out of the whole picture afterwards; before
+rates are chosen as well, it costs time and gains 2 % at most.  A pixel's own samples touch its neighbours' values there
+by the slopes alone, one voice among a thousand and as often up as down, so that what they say of its rate has no sign.
 """
 
 from dataclasses import dataclass

@@ -164,11 +164,6 @@ def _take_layer(scene, layer, count):
     cycles.sample_offset, cycles.sample_subset_length = layers.part(scene.spectral_tiles.samples, layer, count)
     cycles.use_denoising = False
     scene.render.use_compositing = scene.render.use_sequencer = False
-    for view_layer in scene.view_layers:
-        # Light was divided by these colours, so merging must know them.
-        for kind in ("diffuse", "glossy", "transmission"):
-            if any(getattr(view_layer, f"use_pass_{kind}_{part}") for part in ("direct", "indirect")):
-                setattr(view_layer, f"use_pass_{kind}_color", True)
     image = scene.render.image_settings
     image.media_type, image.file_format, image.color_depth = "MULTI_LAYER_IMAGE", "OPEN_EXR_MULTILAYER", "32"
 

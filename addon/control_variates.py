@@ -28,7 +28,7 @@ from . import automatic, modes
 # Modes that may explain something, and how many of them are used.  And samples a pixel beyond which what is left to
 # explain is not worth the time.
 _CANDIDATES, _MODES = 64, 24
-MOST_SAMPLES = 8
+MOST_SAMPLES = 16
 
 # Pixels a side of the blocks that share their coefficients, and to how many blocks each way a block listens.
 _BLOCK = 8
@@ -284,8 +284,9 @@ class _Blocks:
 
     def moments(self):
         """Mean products of the modes: (modes, modes)."""
-        flat = self.waves.swapaxes(2, 3).reshape(-1, self.waves.shape[2])
-        return flat.T @ flat / self.told[..., -1].sum()
+        # Block by block: one large product would be taken by threads of the linear algebra library's own, which get in
+        # the way of ours.
+        return (self.waves @ self.waves.swapaxes(2, 3)).sum(axis=(0, 1)) / self.told[..., -1].sum()
 
     def listen(self, below, above, listening):
         """What the blocks around say of the noise.

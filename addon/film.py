@@ -66,6 +66,23 @@ def _albedo(passes, key):
     return albedo if part in {"Direct", "Indirect"} and albedo in passes else None
 
 
+def add_divisors(engine, layer):
+    """Add those colours to the passes of a view layer that its light was divided by; without them it cannot be mixed.
+
+    Returns
+    -------
+    list of str
+        Names of the passes that were added.
+    """
+    added = []
+    for kind in ("diffuse", "glossy", "transmission"):
+        parts = (getattr(layer, f"use_pass_{kind}_{part}") for part in ("direct", "indirect"))
+        if any(parts) and not getattr(layer, f"use_pass_{kind}_color"):
+            added.append(f"{kind.capitalize()} Color")
+            engine.add_pass(added[-1], 3, "RGB", layer=layer.name)
+    return added
+
+
 def combined(passes):
     """The picture itself, (pixels, 4)."""
     return next(pixels for (name, _), pixels in passes.items() if name == "Combined")
@@ -92,3 +109,19 @@ def with_colours(passes, planes):
             # Below zero where a filter's lobes are: the passes' product is to be the light there, too.
             replaced[key] = np.divide(light, divisor, out=np.zeros_like(light), where=divisor != 0.0)
     return replaced
+
+
+def mean(before, passes, count, region):
+    """Passes of `count` samples, of which the last one's are `passes`, and the others' mean is `before`."""
+    if count == 1:
+        return passes
+    width, height = region.size
+    share = np.float32(1.0 / count)
+    colour_keys = _colour_keys(passes)
+    data = {key: before[key] for key in passes.keys() - set(colour_keys)}
+    for key in data:
+        if key[0] not in FIRST_SAMPLE_PASSES:
+            data[key] = data[key] + share * (passes[key] - data[key])
+    light = colours(before, height, width)
+    light = light + share * (colours(passes, height, width) - light)
+    return with_colours(before | data, light)

@@ -21,7 +21,9 @@ from . import (
     denoising,
     display,
     driver,
+    film,
     in_order,
+    layer_noise,
     layers,
     library,
     main_thread,
@@ -184,11 +186,24 @@ def prepare(engine, data, depsgraph):
 
     if layer.use_pass_z:
         engine.add_pass("Position", 3, "XYZ", layer=layer.name)
+    is_whole = layers.is_whole(scene)
+    is_mixed = not is_whole or persistence.needed(scene)
+    added = film.add_divisors(engine, layer) if is_mixed else []
     denoise = denoising.prepare(engine, scene, layer)
     folder = tempfile.TemporaryDirectory(prefix="spectral_tiles_", dir=bpy.app.tempdir)
     image = os.path.join(folder.name, several_renders.PLAN)
     sample_plan.write(image)
-    facts = layers.facts(scene, layer.name, tile, sample_plan, seed, settings.samples)
+    without_noise, noise = None, ""
+    if takes_out_noise(scene):
+        if is_whole:
+            drawn = automatic.drawn(sample_plan, region, settings.samples)
+            if choose_levels is None:
+                without_noise = control_variates.of_picture(use, drawn)
+            else:
+                without_noise = adaptive.Cleaner.of_picture(use, drawn, rates)
+        else:
+            noise = layer_noise.described(use, region, settings, frame, False, added)
+    facts = layers.facts(scene, layer.name, tile, sample_plan, seed, settings.samples, noise)
     before = [(owner, persistence.values(owner)) for owner in (scene.cycles, *camera.written(views))]
 
     def write():
@@ -196,13 +211,6 @@ def prepare(engine, data, depsgraph):
         camera.replace(scene, views, region, image)
 
     main_thread.run(write, engine)
-    without_noise = None
-    if wants_less_noise(scene):
-        drawn = automatic.drawn(sample_plan, region, settings.samples)
-        if choose_levels is None:
-            without_noise = control_variates.of_picture(use, drawn)
-        else:
-            without_noise = adaptive.Cleaner.of_picture(use, drawn, rates)
     return Job(
         region=region,
         plan=sample_plan,
@@ -221,11 +229,11 @@ def prepare(engine, data, depsgraph):
     )
 
 
-def wants_less_noise(scene):
-    """Whether noise that is known may be taken out of a picture of this scene."""
+def takes_out_noise(scene):
+    """Whether noise that is known is to be taken out of pictures of this scene."""
     settings = scene.spectral_tiles
-    # Whoever chose a tile wants to see what it does, and layers of a picture are merged by their samples alone.
-    return settings.control_variates and settings.tile == "AUTO" and not scene.cycles.use_sample_subset
+    # Whoever chose a tile wants to see what it does.
+    return settings.control_variates and settings.tile == "AUTO"
 
 
 def _rates(settings):

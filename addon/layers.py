@@ -15,13 +15,13 @@ from dataclasses import dataclass
 import bpy
 import numpy as np
 
-from . import film, openimageio
+from . import film, layer_noise, openimageio
 from .failure import Refused
 from .region import bands
 
-# In the header of a picture; a plan's digest bears the view layer's name.
+# In the header of a picture; a plan's digest, and what is known of its noise, bear the view layer's name.
 _PREFIX = "spectral_tiles."
-_PLAN = "plan."
+_PLAN, _NOISE = "plan.", "noise."
 
 # Passes of light that Cycles has divided by the mean colour of what it fell on.
 _DIVIDED = re.compile(r"(.*\.(?:Diffuse|Glossy|Transmission)) (?:Direct|Indirect)(\.[RGB])")
@@ -72,7 +72,13 @@ def subset(settings, samples):
     return settings.sample_offset, min(settings.sample_subset_length, samples - settings.sample_offset)
 
 
-def facts(scene, layer_name, tile, plan, seed, samples):
+def is_whole(scene):
+    """Whether a render takes all samples of the frame."""
+    samples = scene.spectral_tiles.samples
+    return subset(scene.cycles, samples) == (0, samples)
+
+
+def facts(scene, layer_name, tile, plan, seed, samples, noise):
     """What `merge` must know of a render, to be written into its picture.
 
     Parameters
@@ -87,6 +93,8 @@ def facts(scene, layer_name, tile, plan, seed, samples):
         Asked for; the plan may have another one.
     samples : int
         Of the whole frame.
+    noise : str
+        Of `layer_noise.described`; empty if known noise is not to be taken out when layers are merged.
 
     Returns
     -------
@@ -101,7 +109,8 @@ def facts(scene, layer_name, tile, plan, seed, samples):
         "seed": str(seed),
         "subset": f"{first} {count}",
         "tile": scene.spectral_tiles.tile + digest,
-        f"{_PLAN}{layer_name}": f"{zlib.crc32(plan.film):08x}",
+        f"{_PLAN}{layer_name}": layer_noise.digest(plan),
+        f"{_NOISE}{layer_name}": noise,
     }
 
 
@@ -151,7 +160,8 @@ def merge(files, path):
         Samples a pixel of the frame.
     exact : bool
         Whether all layers followed one plan, so that the picture is that of one render.  Machines with another
-        processor or other libraries may round a plan's choices differently; the mean is then as good, but not the same.
+        processor or other libraries may round a plan's choices differently; the mean is then sound, but not the same,
+        and the noise that is known only from the plan stays in.
 
     Raises
     ------
@@ -171,6 +181,7 @@ def merge(files, path):
     weights = [layer.count / layers[0].samples for layer in layers]
     for band in bands(height):
         merged[band] = _mean([layer.rows(band) for layer in layers], weights, names)
+    exact = exact and _take_out_noise(merged, layers[0], names)
     _write(path, layers[0], merged)
     return layers[0].samples, exact
 
@@ -250,10 +261,13 @@ def _check_alike(layers):
     one = layers[0]
     exact = True
     for other in layers[1:]:
-        for name in sorted(one.known.keys() | other.known.keys()):
+        # What makes the noise differ is named first.
+        for name in sorted(one.known.keys() | other.known.keys(), key=lambda name: (name.startswith(_NOISE), name)):
             values = [layer.known.get(name, "none") for layer in (one, other)]
             if values[0] == values[1]:
                 continue
+            if name.startswith(_NOISE):
+                raise Refused(f"{other.path} and {one.path} differ in Control Variates, or in what is left to chance")
             if not name.startswith(_PLAN):
                 raise Refused(f"{other.path} and {one.path} differ in {name}: {values[1]} and {values[0]}")
             exact = False
@@ -303,6 +317,41 @@ def _mean(pictures, weights, names):
         order = [column for *_, column in sorted(columns)]
         total[..., order] = _cryptomatte([picture[..., order] for picture in pictures], weights)
     return total
+
+
+def _take_out_noise(merged, layer, names):
+    """Free a merged picture of known noise, in place; return whether that could be done where it was to be.
+
+    Parameters
+    ----------
+    merged : float32 array, shape (height, width, channels)
+        Rows from the top.
+    layer : _Layer
+        Any.
+    names : list of str
+        Of the channels.
+    """
+    height, width, _ = merged.shape
+    first_view = names[0].partition(":")[0]
+    view_layers = [name.removeprefix(_NOISE) for name in layer.known if name.startswith(_NOISE)]
+    columns = {view_layer: {} for view_layer in view_layers}
+    for column, name in enumerate(names):
+        view, _, name = name.partition(":")
+        owner = max((owner for owner in view_layers if name.startswith(f"{owner}.")), key=len, default=None)
+        if owner is not None and view == first_view:
+            render_pass = name.removeprefix(f"{owner}.").rpartition(".")[0]
+            columns[owner].setdefault((render_pass, view), []).append(column)
+    done = True
+    for view_layer, places in columns.items():
+        noise = layer.known[_NOISE + view_layer]
+        if not noise:
+            continue
+        passes = {key: merged[::-1, :, place].reshape(height * width, -1) for key, place in places.items()}
+        clean = layer_noise.taken_out(noise, layer.samples, layer.known[_PLAN + view_layer], passes, (width, height))
+        for key, place in places.items() if clean else ():
+            merged[::-1, :, place] = clean[key].reshape(height, width, -1)
+        done = done and clean is not None
+    return done
 
 
 def _cryptomatte(pictures, weights):

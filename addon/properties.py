@@ -59,7 +59,7 @@ class SpectralTilesSettings(bpy.types.PropertyGroup):
     )
     control_variates: BoolProperty(
         name="Control Variates",
-        description="Subtract the noise that the random numbers explain, up to eight samples a pixel; adds no bias",
+        description="Subtract the noise that the random numbers explain, up to 16 samples a pixel; adds no bias",
         default=True,
         override=_OVERRIDABLE,
     )

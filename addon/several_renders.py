@@ -78,12 +78,9 @@ def adapted(engine, depsgraph, job):
 
 
 def _base_picture(job, shots):
-    """What is left of the base when the known noise is taken out: (height, width, 4)."""
+    """The picture at the base rate: (height, width, 4)."""
     width, height = job.region.size
     picture = np.mean([film.combined(passes | denoising.noisy(passes)) for passes in shots], axis=0)
-    if job.without_noise:
-        planes = picture.T.reshape(-1, height, width)
-        picture = np.moveaxis(job.without_noise(planes, np.zeros((height, width), np.int8)), 0, 2)
     return picture.reshape(height, width, 4)
 
 

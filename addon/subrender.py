@@ -27,6 +27,7 @@ from . import (
     film,
     gather,
     in_order,
+    layer_noise,
     layers,
     library,
     main_thread,
@@ -205,6 +206,8 @@ def prepare(engine, data, depsgraph):
     else:
         dims = tuple(name for name in use.dims if name in tile.dims)
         plan = cell_plan.following(tile, dims, settings.samples, seed)
+    if settings.samples > 1:
+        film.add_divisors(engine, layer)
     denoise = denoising.prepare(engine, scene, layer)
     first, count = layers.subset(scene.cycles, settings.samples)
     chosen = driver.chosen_filter(settings)
@@ -217,9 +220,12 @@ def prepare(engine, data, depsgraph):
     if not chosen:
         offsets[:, :, 0] = 0.0
     drift[0] = 0.0
-    region, without_noise = Region.of_render(scene.render), None
-    if gather.wants_less_noise(scene):
-        without_noise = control_variates.of_picture(use, plan.drawn(region), plan.side)
+    region, without_noise, noise = Region.of_render(scene.render), None, ""
+    if gather.takes_out_noise(scene):
+        if layers.is_whole(scene):
+            without_noise = control_variates.of_picture(use, plan.drawn(region), plan.side)
+        else:
+            noise = layer_noise.described(use, region, settings, frame, True, [])
     # A session that rendered before would keep settings that have changed since.
     cycles.free(engine)
     cycles.create(engine, data)
@@ -231,7 +237,7 @@ def prepare(engine, data, depsgraph):
         scene=depsgraph.scene,
         layer=depsgraph.view_layer,
         denoise=denoise,
-        facts=layers.facts(scene, layer.name, tile, plan, seed, settings.samples),
+        facts=layers.facts(scene, layer.name, tile, plan, seed, settings.samples, noise),
         frame=(scene.frame_current, scene.frame_subframe),
         times=exposure.shutter_times(plan.t, scene.render) if use.motion_blur else None,
         filter=chosen,
@@ -256,11 +262,7 @@ def render(engine, depsgraph, job):
                     break
                 if job.filter and passes:
                     sums = _spread(job, sample, in_order.without_noise(engine, job, passes, sample, 1), sums)
-                if count == 1:
-                    mean = passes
-                for key in passes:
-                    if key[0] not in film.FIRST_SAMPLE_PASSES:
-                        mean[key] += (passes[key] - mean[key]) / np.float32(count)
+                mean = film.mean(mean, passes, count, job.region)
                 if sums:
                     mean = film.with_colours(mean, sums.pixels())
                 film.write_passes(engine, job.region, job.layer.name, mean)
