@@ -10,7 +10,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from bench.crops import write_crop
-from bench.document import Heading, Part, Pictures, Plot, Table
+from bench.document import DPI, Heading, Part, Pictures, Plot, Table
 from bench.equal_quality import MOST, SIGMAS, RandomImages, random_images, worth
 from bench.jobs import Settings, engine_state, images, picture, render
 from bench.metrics import LUMINANCE, Reference, mean_square_error, ratio
@@ -30,7 +30,7 @@ class Experiment:
     Attributes
     ----------
     figures : str
-        Their numbers in the paper.
+        What the paper calls them.
     scene : str
         The demo scene.
     dims : tuple of str
@@ -49,11 +49,11 @@ TIME = ("t",)
 LENS = ("lens.u", "lens.v")
 PENUMBRA = ("t", "light.u", "light.v")
 EXPERIMENTS = (
-    Experiment("8 and 9", "motion_blur", TIME, (0.46, 0.40)),
-    Experiment("11 and 12", "square_lens", LENS, (0.25, 0.35)),
-    Experiment("11 and 12 with a round lens", "round_lens", LENS, (0.25, 0.35)),
-    Experiment("13 and 14", "glossy_reflection", ("bsdf.u", "bsdf.v"), (0.55, 0.80)),
-    Experiment("16", "moving_penumbra", PENUMBRA, (0.62, 0.35)),
+    Experiment("Figures 8 and 9", "motion_blur", TIME, (0.46, 0.40)),
+    Experiment("Figures 11 and 12", "square_lens", LENS, (0.25, 0.35)),
+    Experiment("Figures 11 and 12 with a round lens", "round_lens", LENS, (0.25, 0.35)),
+    Experiment("Figures 13 and 14", "glossy_reflection", ("bsdf.u", "bsdf.v"), (0.55, 0.80)),
+    Experiment("Figure 16", "moving_penumbra", PENUMBRA, (0.62, 0.35)),
 )
 
 
@@ -147,12 +147,10 @@ def _figures(experiment: Experiment, effort: Effort, folder: Path) -> Part:
     shown.append(picture(scene, converged, REFERENCE_SEEDS[0]))
     names = [*(sampler.name for sampler in samplers), "converged"]
     crops = [
-        write_crop(
-            path, experiment.crop, effort.lines // 3, folder / f"{experiment.scene}-{name.replace(' ', '_')}.png"
-        )
+        (name, write_crop(path, experiment.crop, folder / f"{experiment.scene}-{name.replace(' ', '_')}.png"))
         for path, name in zip(shown, names, strict=True)
     ]
-    return Pictures(f"Figures {experiment.figures}: {experiment.scene}", names, [("", crops)])
+    return Pictures(f"{experiment.figures}: {experiment.scene}", [crops[:3], crops[3:]])
 
 
 def _spectra(experiment: Experiment, effort: Effort, folder: Path, progress: Progress) -> list[Part]:
@@ -171,7 +169,7 @@ def _spectra(experiment: Experiment, effort: Effort, folder: Path, progress: Pro
             ]
             spectra[sampler.name] = error_periodogram(errors)
         path = folder / f"spectra-{count}.png"
-        _spectra_plot(spectra).savefig(path, dpi=100)
+        _spectra_plot(spectra).savefig(path, dpi=DPI)
         found.append(
             Plot(
                 f"Figure 10: error spectra of the spinning wheels against a reference of {count} samples a pixel, "
@@ -184,8 +182,8 @@ def _spectra(experiment: Experiment, effort: Effort, folder: Path, progress: Pro
 
 
 def _spectra_plot(spectra: dict[str, Periodogram]) -> Figure:
-    figure = Figure(figsize=(3 * len(spectra), 6.2), layout="constrained")
-    axes = figure.subplot_mosaic([list(spectra), ["radial"] * len(spectra)])
+    figure = Figure(figsize=(2.2 * len(spectra), 5.2), layout="constrained")
+    axes = figure.subplot_mosaic([list(spectra), ["radial"] * len(spectra)], height_ratios=(2, 3))
     white = spectra[RANDOM.name].radial_mean.mean()
     for name, spectrum in spectra.items():
         size = len(spectrum.power)
