@@ -145,10 +145,10 @@ def _figures(experiment: Experiment, effort: Effort, folder: Path) -> Part:
     shown = [picture(scene, sampler.settings(effort.settings), effort.seeds[0]) for sampler in samplers]
     converged = reference_settings(effort.settings, effort.reference_samples)
     shown.append(picture(scene, converged, REFERENCE_SEEDS[0]))
-    names = [*(sampler.name for sampler in samplers), "converged"]
+    names = [*(sampler.name for sampler in samplers), f"converged, {effort.reference_samples} samples"]
     crops = [
-        (name, write_crop(path, experiment.crop, folder / f"{experiment.scene}-{name.replace(' ', '_')}.png"))
-        for path, name in zip(shown, names, strict=True)
+        (name, write_crop(path, experiment.crop, folder / f"{experiment.scene}-{number}.png"))
+        for number, (path, name) in enumerate(zip(shown, names, strict=True))
     ]
     return Pictures(f"{experiment.figures}: {experiment.scene}", [crops[:3], crops[3:]])
 
@@ -199,17 +199,23 @@ def _spectra_plot(spectra: dict[str, Periodogram]) -> Figure:
 
 def _equal_quality(effort: Effort, progress: Progress) -> list[Part]:
     """Return the table of how many random samples one sample is worth."""
-    rows = []
+    rows, values = [], {}
     for experiment in effort.experiments:
         progress.step(f"equal quality: {experiment.scene}")
         scene = scene_file(experiment.scene)
         random = RandomImages(scene, effort.settings, _truth(experiment, effort, progress))
-        for sampler in (white(experiment.dims), *_samplers(experiment)[1:]):
-            found = worth(scene, effort.settings, sampler, effort.seeds, random)
-            flips = f"more than {MOST}" if np.isinf(found.by_flip) else f"{found.by_flip:.1f}"
-            figures = [f"{r.value:.2f}±{r.spread:.2f}" for r in (*found.same_film, *found.anywhere)]
-            rows.append([f"{experiment.scene}, {sampler.name}", *figures, flips])
-    header = ["", *(f"sigma {sigma}" for sigma in SIGMAS), *(f"anywhere, sigma {sigma}" for sigma in SIGMAS), "FLIP"]
+        samplers = (white(experiment.dims), *_samplers(experiment)[1:])
+        found = {s.name: worth(scene, effort.settings, s, effort.seeds, random) for s in samplers}
+        for name, one in found.items():
+            of_cycles = [ratio(found[CYCLES.name].errors[:, i], one.errors[:, i]) for i in range(len(SIGMAS))]
+            ratios = [*one.same_film, *one.anywhere, one.by_flip, *of_cycles]
+            values.setdefault(name, []).append([r.value for r in ratios])
+            figures = [f"{_count(r.value)}±{r.spread:.2f}" if np.isfinite(r.value) else _count(r.value) for r in ratios]
+            rows.append([f"{experiment.scene}, {name}", *figures])
+    if len(effort.experiments) > 1:
+        rows += [[f"median, {name}", *map(_count, np.median(each, axis=0))] for name, each in values.items()]
+    sigmas = [f"sigma {sigma}" for sigma in SIGMAS]
+    header = ["", *sigmas, *(f"anywhere, {s}" for s in sigmas), "FLIP", *(f"of Cycles', {s}" for s in sigmas)]
     return [
         Heading(
             f"Equal quality at {effort.lines} lines",
@@ -217,8 +223,10 @@ def _equal_quality(effort: Effort, progress: Progress) -> list[Part]:
             "or four for its scanning tile in the wheels). Mean square error of luminance after a Gaussian of sigma "
             "pixels, ± standard error. First against random values at the same place in the pixel, its middle; then, "
             "and by FLIP, against random samples anywhere in the pixel. The white tile is random values on the way a "
-            "tile takes: it should be worth one. Errors hold the aliasing of still edges too, which no sampling of the "
-            "parameters helps; it weighs less at more lines.",
+            "tile takes: it should be worth one. Last, errors of Cycles' pattern over one's own, also at one sample a "
+            "pixel: how many of its samples one is worth if its error falls like that of random ones. "
+            "Errors hold the aliasing of still edges too, which no sampling of the parameters helps; it weighs less at "
+            "more lines.",
         ),
         Table(
             f"Random samples a pixel with the error of one sample; {effort.lines}x{effort.lines}, {len(effort.seeds)} "
@@ -227,6 +235,10 @@ def _equal_quality(effort: Effort, progress: Progress) -> list[Part]:
             rows,
         ),
     ]
+
+
+def _count(samples: float) -> str:
+    return f"{samples:.2f}" if np.isfinite(samples) else f"more than {MOST}"
 
 
 def _joint_and_marginal(experiment: Experiment, effort: Effort, progress: Progress) -> Part:
