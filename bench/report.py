@@ -129,22 +129,29 @@ def _lead(found: Sequence[Results], effort: Effort, worse: Sequence[doubts.Doubt
         )
 
     confirmed = ", ".join(f"{doubt.name} at {doubt.samples} spp" for doubt in worse if doubt.is_confirmed)
+    ratios = [one.over(AUTOMATIC, count) for one in found for count in effort.samples]
+    undecided = sum(r.value > 1 and not doubts.is_worse(r) for r in ratios)
     return (
         "Noise that is left to the eye, over what Cycles' own blue noise leaves. With as many samples a pixel (spp): "
         f"{span(lambda one, count: one.over(AUTOMATIC, count))}. In the same time: {span(Results.at_equal_time)}. "
         f"Median and range of {len(found)} scenes, {len(effort.seeds)} seeds each.\n"
-        f"More noise than Cycles with as many samples, beyond chance: {confirmed or 'nowhere measured'}."
+        f"More noise than Cycles with as many samples, beyond chance: {confirmed or 'nowhere measured'}. "
+        f"{undecided} of {len(ratios)} figures are above 1 by less than two standard errors."
     )
 
 
 def _heroes(found: Sequence[Results], effort: Effort) -> list[Pictures]:
-    """Return the scenes where it helps most and least at the fewest samples, chosen by the figures."""
+    """Return the scenes where it surely helps most and least at the fewest samples, chosen by the figures."""
     least = min(effort.samples)
-    ranked = sorted(found, key=lambda one: one.over(AUTOMATIC, least).value)
-    chosen = {"most": ranked[0]} | ({"least": ranked[-1]} if len(ranked) > 1 else {})
+
+    def bound(one: Results, side: int) -> float:
+        found = one.over(AUTOMATIC, least)
+        return found.value + side * 2 * found.spread
+
+    chosen = {"most": min(found, key=lambda one: bound(one, 1)), "least": max(found, key=lambda one: bound(one, -1))}
     return [
         Pictures(f"Helps {how}: {one.scene.name}, {one.over(AUTOMATIC, least)} of Cycles' error", [one.hero])
-        for how, one in chosen.items()
+        for how, one in list(chosen.items())[: len(found)]
     ]
 
 
