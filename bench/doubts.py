@@ -111,9 +111,9 @@ def looked_at_again(
 
 def parts(doubts: Sequence[Doubt]) -> list[Part]:
     """Return the section that shows them."""
-    title = "Where Cycles is better"
+    title = "Is Cycles better anywhere?"
     if not doubts:
-        return [Heading(title, "Nowhere by more than two standard errors.")]
+        return [Heading(title, "By more than two standard errors nowhere.")]
     text = [
         "Each scene and number of samples marked above was measured again with seeds that were not looked at before.",
         *(f"{doubt.name}, {doubt.samples} spp: {doubt.reason}." for doubt in doubts),
