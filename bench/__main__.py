@@ -6,7 +6,7 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 
-from bench import adaptive, demo, errors, filters, frames, paper, quality, report, timing
+from bench import adaptive, demo, errors, filters, frames, paper, quality, report, scene_results, timing
 from bench.jobs import AUTOMATIC, RenderFailed, Settings
 from bench.reference import QUICK_SAMPLES, SAMPLES
 from bench.scene_files import scene_file
@@ -95,11 +95,11 @@ def _paper(options: argparse.Namespace) -> str:
 
 def _report(options: argparse.Namespace) -> str:
     if options.quick:
-        effort = report.Effort(report.QUICK_SCENES, 128, (1, 4), range(2), 16, (480, 270), 1)
+        effort = scene_results.Effort(report.QUICK_SCENES, 128, (1, 4), range(2), 16, 256, (480, 270), 2)
     else:
         pictures = (options.lines, options.samples, range(options.seeds))
-        effort = report.Effort(
-            options.scenes, *pictures, options.reference_samples or SAMPLES, (1920, 1080), options.pairs
+        effort = scene_results.Effort(
+            options.scenes, *pictures, options.reference_samples or SAMPLES, 512, (1920, 1080), options.pairs
         )
     return f"{report.make(effort, _effort(options), options.out, options.readme)}"
 
@@ -222,7 +222,9 @@ def _parser() -> argparse.ArgumentParser:
 
     page = commands.add_parser("report", parents=[quick], help="one page: figures, curves and pictures against Cycles")
     page.add_argument("--out", type=Path, default=Path("out/report"), metavar="DIR", help="folder of page and pictures")
-    page.add_argument("--scenes", nargs="+", choices=report.SCENES, default=tuple(report.SCENES), metavar="SCENE")
+    page.add_argument(
+        "--scenes", nargs="+", choices=scene_results.SCENES, default=tuple(scene_results.SCENES), metavar="SCENE"
+    )
     page.add_argument(
         "--experiments",
         nargs="*",

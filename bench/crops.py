@@ -7,6 +7,9 @@ from pathlib import Path
 import matplotlib.pyplot as plt
 import numpy as np
 
+#: Pixels a side of the crops of a report, or of whole pictures that are smaller.
+EDGE = 128
+
 
 def crop(picture: np.ndarray, middle: Sequence[float], edge: int) -> np.ndarray:
     """Return the square of `edge` pixels around a point, moved inside the picture where it would reach out.
@@ -26,8 +29,9 @@ def crop(picture: np.ndarray, middle: Sequence[float], edge: int) -> np.ndarray:
     return picture[top : top + edge, left : left + edge]
 
 
-def write_crop(source: Path, middle: Sequence[float], edge: int, path: Path) -> Path:
-    """Write a crop of one .png to another and return its path."""
+def write_crop(source: Path, middle: Sequence[float], path: Path) -> Path:
+    """Write a crop of `EDGE` pixels a side of one .png to another and return its path."""
     path.parent.mkdir(parents=True, exist_ok=True)
-    plt.imsave(path, np.ascontiguousarray(crop(plt.imread(source)[..., :3], middle, edge)))
+    whole = plt.imread(source)[..., :3]
+    plt.imsave(path, np.ascontiguousarray(crop(whole, middle, min(EDGE, *whole.shape[:2]))))
     return path

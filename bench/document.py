@@ -8,9 +8,17 @@ from html import escape
 from pathlib import Path
 from string import Template
 
+import matplotlib.pyplot as plt
+
 from bench.table import table
 
 TEMPLATE = Path(__file__).with_name("report.html")
+
+#: Dots an inch of plots, which the page shows at 96: two for each of its pixels, so that they are sharp on phones too.
+DPI = 192
+
+#: The page's inner width in pixels, the gap between pictures, and the most that one of them is enlarged to.
+_WIDTH, _GAP, _LARGEST = 1056, 8, 340
 
 
 @dataclass(frozen=True)
@@ -20,13 +28,16 @@ class Heading:
     title: str
     text: str = ""
 
+    @property
+    def anchor(self) -> str:
+        """What links to it name."""
+        return "".join(letter if letter.isalnum() else "-" for letter in self.title.lower())
+
     def __str__(self) -> str:
         return f"{self.title}\n{'=' * len(self.title)}\n{self.text}".rstrip()
 
     def html(self) -> str:
-        return f"<h2>{escape(self.title)}</h2>\n" + "".join(
-            f"<p>{escape(text)}</p>\n" for text in self.text.splitlines()
-        )
+        return f'<h2 id="{self.anchor}">{escape(self.title)}</h2>\n{_paragraphs(self.text)}'
 
 
 @dataclass(frozen=True)
@@ -41,13 +52,16 @@ class Table:
         return f"{self.caption}\n{table(self.header, self.rows)}"
 
     def html(self) -> str:
-        def line(cells: Sequence[str], kind: str) -> str:
-            first, *others = map(escape, cells)
-            return f"<tr><th>{first}</th>{''.join(f'<{kind}>{cell}</{kind}>' for cell in others)}</tr>\n"
-
-        body = "".join(line(row, "td") for row in self.rows)
-        caption = f"<caption>{escape(self.caption)}</caption>"
-        return f'<div class="wide"><table>{caption}<thead>{line(self.header, "th")}</thead>{body}</table></div>\n'
+        header = "".join(f'<th scope="col">{escape(cell)}</th>' for cell in self.header)
+        body = "".join(
+            f'<tr><th scope="row">{escape(row[0])}</th>{"".join(f"<td>{escape(cell)}</td>" for cell in row[1:])}</tr>\n'
+            for row in self.rows
+        )
+        # The caption stands outside of what scrolls sideways, so that it is as wide as the page and stays.
+        return (
+            f'<figure class="table"><figcaption>{escape(self.caption)}</figcaption>\n'
+            f'<div class="wide" tabindex="0"><table><thead><tr>{header}</tr></thead>\n{body}</table></div></figure>\n'
+        )
 
     def markdown(self) -> str:
         """Return the table as README shows it."""
@@ -57,29 +71,33 @@ class Table:
 
 @dataclass(frozen=True)
 class Pictures:
-    """Small pictures in rows and columns, each shown with its own pixels."""
+    """Small square pictures of one size, with a label each, in rows of one length.
+
+    They are enlarged by a whole number where there is room, and stand two by two on phones.
+    """
 
     caption: str
-    columns: Sequence[str]
-    rows: Sequence[tuple[str, Sequence[Path]]]
+    rows: Sequence[Sequence[tuple[str, Path]]]
 
     def __str__(self) -> str:
-        return f"{self.caption}: {', '.join(path.name for _, paths in self.rows for path in paths)}"
+        return f"{self.caption}: {', '.join(path.name for row in self.rows for _, path in row)}"
 
     def html(self) -> str:
-        cells = "".join(
-            f'<figure><img class="pixels" src="{_embedded(path)}" alt="{escape(f"{row} {column}")}">'
-            f"<figcaption>{escape(f'{row} {column}'.strip())}</figcaption></figure>\n"
-            for row, paths in self.rows
-            for column, path in zip(self.columns, paths, strict=True)
-        )
-        title = f"<h3>{escape(self.caption)}</h3>\n" if self.caption else ""
-        return f'{title}<div class="grid" style="--columns:{len(self.columns)}">{cells}</div>\n'
+        columns = len(self.rows[0])
+        edge = plt.imread(self.rows[0][0][1]).shape[1]
+        shown = edge * max(1, min(_WIDTH // columns - _GAP, _LARGEST) // edge)
+        figures = "\n".join(self._figure(*one) for row in self.rows for one in row)
+        style = f"--columns:{columns};--edge:{shown}px"
+        return f'<h3>{escape(self.caption)}</h3>\n<div class="pictures" style="{style}">{figures}</div>\n'
+
+    def _figure(self, label: str, path: Path) -> str:
+        image = f'<img src="{_embedded(path)}" alt="{escape(f"{self.caption}; {label}")}">'
+        return f"<figure>{image}<figcaption>{escape(label)}</figcaption></figure>"
 
 
 @dataclass(frozen=True)
 class Plot:
-    """One picture as wide as the page."""
+    """One picture with `DPI` dots an inch."""
 
     caption: str
     path: Path
@@ -88,8 +106,10 @@ class Plot:
         return f"{self.caption}: {self.path.name}"
 
     def html(self) -> str:
+        width = round(plt.imread(self.path).shape[1] * 96 / DPI)
         return (
-            f'<figure class="plot"><img src="{_embedded(self.path)}" alt="{escape(self.caption)}">'
+            f'<figure class="plot"><div class="wide" tabindex="0"><img style="--width:{width}px" '
+            f'src="{_embedded(self.path)}" alt="{escape(self.caption)}"></div>'
             f"<figcaption>{escape(self.caption)}</figcaption></figure>\n"
         )
 
@@ -97,10 +117,17 @@ class Plot:
 Part = Heading | Table | Pictures | Plot
 
 
-def page(title: str, parts: Sequence[Part]) -> str:
-    """Return the page."""
-    body = "".join(part.html() for part in parts)
-    return Template(TEMPLATE.read_text(encoding="utf-8")).substitute(title=escape(title), body=body)
+def page(title: str, summary: str, parts: Sequence[Part]) -> str:
+    """Return the page: title, summary, links to the parts' headings, parts."""
+    headings = [part for part in parts if isinstance(part, Heading)]
+    links = " · ".join(f'<a href="#{part.anchor}">{escape(part.title)}</a>' for part in headings)
+    return Template(TEMPLATE.read_text(encoding="utf-8")).substitute(
+        title=escape(title), summary=_paragraphs(summary), links=links, body="".join(part.html() for part in parts)
+    )
+
+
+def _paragraphs(text: str) -> str:
+    return "".join(f"<p>{escape(line)}</p>\n" for line in text.splitlines())
 
 
 def _embedded(path: Path) -> str:

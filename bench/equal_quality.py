@@ -27,17 +27,20 @@ class Worth:
 
     Attributes
     ----------
+    errors : ndarray, shape (seeds, sigmas)
+        Mean square errors of the sampler's images.
     same_film : list of Ratio
         At each sigma, with the random sample in the pixel's middle as the sampler's own.
     anywhere : list of Ratio
         At each sigma, with random samples anywhere in the pixel.
-    by_flip : float
-        By FLIP, against random samples anywhere; infinite if `MOST` are not enough.
+    by_flip : Ratio
+        By FLIP, against random samples anywhere; infinite if `MOST` are not enough for any of the images.
     """
 
+    errors: np.ndarray
     same_film: list[Ratio]
     anywhere: list[Ratio]
-    by_flip: float
+    by_flip: Ratio
 
 
 class RandomImages:
@@ -73,11 +76,12 @@ def worth(scene: SceneFile, settings: Settings, sampler: Sampler, seeds: Sequenc
     """Return what one sample a pixel of a sampler is worth; arguments as in `RandomImages`."""
     found = images(scene, sampler.settings(replace(settings, samples=1)), seeds)
     errors = _errors(found, random.truth)
-    seen = np.mean([flip(image, random.truth.mean) for image in found[:2]])
+    counts = np.array([count_of(flip(image, random.truth.mean), random.flip) for image in found])
     return Worth(
+        errors,
         [ratio(random.same_film[:, i], errors[:, i]) for i in range(len(SIGMAS))],
         [ratio(random.anywhere[:, i], errors[:, i]) for i in range(len(SIGMAS))],
-        count_of(seen, random.flip),
+        ratio(counts, np.ones_like(counts)) if np.isfinite(counts).all() else Ratio(np.inf, 0.0),
     )
 
 

@@ -148,6 +148,11 @@ def run_worker(scene: SceneFile, tasks: Sequence[tuple[Settings, dict]]) -> dict
 
 
 def _image_path(scene: SceneFile, settings: Settings, seed: int) -> Path:
+    return result_path(scene, settings, f"{'frame' if settings.still else 'seed'}_{seed}.npy")
+
+
+def result_path(scene: SceneFile, settings: Settings, name: str) -> Path:
+    """Return where the cache has something of a scene rendered with some settings; the name ends the file's."""
     width, height = settings.size
     bounces = "own" if settings.bounces is None else settings.bounces
     state = engine_state() if settings.engine == TILES else "native"
@@ -163,8 +168,7 @@ def _image_path(scene: SceneFile, settings: Settings, seed: int) -> Path:
     if settings.gaussian:
         parts.append(f"gaussian_{settings.gaussian}")
     parts += [name for name in ("adaptive", "denoise", "budget", "raw") if getattr(settings, name)]
-    name = "-".join((*parts, f"{'frame' if settings.still else 'seed'}_{seed}.npy"))
-    return CACHE / "images" / blender_version() / f"{scene.name}-{scene.key}" / name
+    return CACHE / "images" / blender_version() / f"{scene.name}-{scene.key}" / "-".join((*parts, name))
 
 
 @cache

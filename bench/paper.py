@@ -10,7 +10,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from bench.crops import write_crop
-from bench.document import Heading, Part, Pictures, Plot, Table
+from bench.document import DPI, Heading, Part, Pictures, Plot, Table
 from bench.equal_quality import MOST, SIGMAS, RandomImages, random_images, worth
 from bench.jobs import Settings, engine_state, images, picture, render
 from bench.metrics import LUMINANCE, Reference, mean_square_error, ratio
@@ -30,7 +30,7 @@ class Experiment:
     Attributes
     ----------
     figures : str
-        Their numbers in the paper.
+        What the paper calls them.
     scene : str
         The demo scene.
     dims : tuple of str
@@ -49,11 +49,11 @@ TIME = ("t",)
 LENS = ("lens.u", "lens.v")
 PENUMBRA = ("t", "light.u", "light.v")
 EXPERIMENTS = (
-    Experiment("8 and 9", "motion_blur", TIME, (0.46, 0.40)),
-    Experiment("11 and 12", "square_lens", LENS, (0.25, 0.35)),
-    Experiment("11 and 12 with a round lens", "round_lens", LENS, (0.25, 0.35)),
-    Experiment("13 and 14", "glossy_reflection", ("bsdf.u", "bsdf.v"), (0.55, 0.80)),
-    Experiment("16", "moving_penumbra", PENUMBRA, (0.62, 0.35)),
+    Experiment("Figures 8 and 9", "motion_blur", TIME, (0.46, 0.40)),
+    Experiment("Figures 11 and 12", "square_lens", LENS, (0.25, 0.35)),
+    Experiment("Figures 11 and 12 with a round lens", "round_lens", LENS, (0.25, 0.35)),
+    Experiment("Figures 13 and 14", "glossy_reflection", ("bsdf.u", "bsdf.v"), (0.55, 0.80)),
+    Experiment("Figure 16", "moving_penumbra", PENUMBRA, (0.62, 0.35)),
 )
 
 
@@ -145,14 +145,12 @@ def _figures(experiment: Experiment, effort: Effort, folder: Path) -> Part:
     shown = [picture(scene, sampler.settings(effort.settings), effort.seeds[0]) for sampler in samplers]
     converged = reference_settings(effort.settings, effort.reference_samples)
     shown.append(picture(scene, converged, REFERENCE_SEEDS[0]))
-    names = [*(sampler.name for sampler in samplers), "converged"]
+    names = [*(sampler.name for sampler in samplers), f"converged, {effort.reference_samples} samples"]
     crops = [
-        write_crop(
-            path, experiment.crop, effort.lines // 3, folder / f"{experiment.scene}-{name.replace(' ', '_')}.png"
-        )
-        for path, name in zip(shown, names, strict=True)
+        (name, write_crop(path, experiment.crop, folder / f"{experiment.scene}-{number}.png"))
+        for number, (path, name) in enumerate(zip(shown, names, strict=True))
     ]
-    return Pictures(f"Figures {experiment.figures}: {experiment.scene}", names, [("", crops)])
+    return Pictures(f"{experiment.figures}: {experiment.scene}", [crops[:3], crops[3:]])
 
 
 def _spectra(experiment: Experiment, effort: Effort, folder: Path, progress: Progress) -> list[Part]:
@@ -171,7 +169,7 @@ def _spectra(experiment: Experiment, effort: Effort, folder: Path, progress: Pro
             ]
             spectra[sampler.name] = error_periodogram(errors)
         path = folder / f"spectra-{count}.png"
-        _spectra_plot(spectra).savefig(path, dpi=100)
+        _spectra_plot(spectra).savefig(path, dpi=DPI)
         found.append(
             Plot(
                 f"Figure 10: error spectra of the spinning wheels against a reference of {count} samples a pixel, "
@@ -184,8 +182,8 @@ def _spectra(experiment: Experiment, effort: Effort, folder: Path, progress: Pro
 
 
 def _spectra_plot(spectra: dict[str, Periodogram]) -> Figure:
-    figure = Figure(figsize=(3 * len(spectra), 6.2), layout="constrained")
-    axes = figure.subplot_mosaic([list(spectra), ["radial"] * len(spectra)])
+    figure = Figure(figsize=(2.2 * len(spectra), 5.2), layout="constrained")
+    axes = figure.subplot_mosaic([list(spectra), ["radial"] * len(spectra)], height_ratios=(2, 3))
     white = spectra[RANDOM.name].radial_mean.mean()
     for name, spectrum in spectra.items():
         size = len(spectrum.power)
@@ -201,17 +199,23 @@ def _spectra_plot(spectra: dict[str, Periodogram]) -> Figure:
 
 def _equal_quality(effort: Effort, progress: Progress) -> list[Part]:
     """Return the table of how many random samples one sample is worth."""
-    rows = []
+    rows, values = [], {}
     for experiment in effort.experiments:
         progress.step(f"equal quality: {experiment.scene}")
         scene = scene_file(experiment.scene)
         random = RandomImages(scene, effort.settings, _truth(experiment, effort, progress))
-        for sampler in (white(experiment.dims), *_samplers(experiment)[1:]):
-            found = worth(scene, effort.settings, sampler, effort.seeds, random)
-            flips = f"more than {MOST}" if np.isinf(found.by_flip) else f"{found.by_flip:.1f}"
-            figures = [f"{r.value:.2f}±{r.spread:.2f}" for r in (*found.same_film, *found.anywhere)]
-            rows.append([f"{experiment.scene}, {sampler.name}", *figures, flips])
-    header = ["", *(f"sigma {sigma}" for sigma in SIGMAS), *(f"anywhere, sigma {sigma}" for sigma in SIGMAS), "FLIP"]
+        samplers = (white(experiment.dims), *_samplers(experiment)[1:])
+        found = {s.name: worth(scene, effort.settings, s, effort.seeds, random) for s in samplers}
+        for name, one in found.items():
+            of_cycles = [ratio(found[CYCLES.name].errors[:, i], one.errors[:, i]) for i in range(len(SIGMAS))]
+            ratios = [*one.same_film, *one.anywhere, one.by_flip, *of_cycles]
+            values.setdefault(name, []).append([r.value for r in ratios])
+            figures = [f"{_count(r.value)}±{r.spread:.2f}" if np.isfinite(r.value) else _count(r.value) for r in ratios]
+            rows.append([f"{experiment.scene}, {name}", *figures])
+    if len(effort.experiments) > 1:
+        rows += [[f"median, {name}", *map(_count, np.median(each, axis=0))] for name, each in values.items()]
+    sigmas = [f"sigma {sigma}" for sigma in SIGMAS]
+    header = ["", *sigmas, *(f"anywhere, {s}" for s in sigmas), "FLIP", *(f"of Cycles', {s}" for s in sigmas)]
     return [
         Heading(
             f"Equal quality at {effort.lines} lines",
@@ -219,8 +223,10 @@ def _equal_quality(effort: Effort, progress: Progress) -> list[Part]:
             "or four for its scanning tile in the wheels). Mean square error of luminance after a Gaussian of sigma "
             "pixels, ± standard error. First against random values at the same place in the pixel, its middle; then, "
             "and by FLIP, against random samples anywhere in the pixel. The white tile is random values on the way a "
-            "tile takes: it should be worth one. Errors hold the aliasing of still edges too, which no sampling of the "
-            "parameters helps; it weighs less at more lines.",
+            "tile takes: it should be worth one. Last, errors of Cycles' pattern over one's own, also at one sample a "
+            "pixel: how many of its samples one is worth if its error falls like that of random ones. "
+            "Errors hold the aliasing of still edges too, which no sampling of the parameters helps; it weighs less at "
+            "more lines.",
         ),
         Table(
             f"Random samples a pixel with the error of one sample; {effort.lines}x{effort.lines}, {len(effort.seeds)} "
@@ -229,6 +235,10 @@ def _equal_quality(effort: Effort, progress: Progress) -> list[Part]:
             rows,
         ),
     ]
+
+
+def _count(samples: float) -> str:
+    return f"{samples:.2f}" if np.isfinite(samples) else f"more than {MOST}"
 
 
 def _joint_and_marginal(experiment: Experiment, effort: Effort, progress: Progress) -> Part:

@@ -3,8 +3,9 @@
 
 import os
 import platform
-from collections.abc import Sequence
-from dataclasses import dataclass, replace
+import statistics
+from collections.abc import Callable, Sequence
+from dataclasses import replace
 from datetime import date
 from pathlib import Path
 
@@ -12,112 +13,18 @@ import matplotlib.pyplot as plt
 import numpy as np
 from matplotlib.figure import Figure
 
-from bench import paper
-from bench.crops import crop, write_crop
-from bench.document import Heading, Part, Pictures, Plot, Table, page
-from bench.errors import Errors
-from bench.jobs import (
-    AUTOMATIC,
-    TABULATED,
-    TILES,
-    Settings,
-    blender_version,
-    engine_state,
-    images,
-    picture,
-    render,
-    run_worker,
-)
-from bench.metrics import SIGMAS, Ratio, flip_of_pictures, mean_square_error, ratio
+from bench import doubts, paper
+from bench.crops import crop
+from bench.document import DPI, Heading, Pictures, Plot, Table, page
+from bench.jobs import AUTOMATIC, TABULATED, TILES, Settings, blender_version, engine_state, picture
+from bench.metrics import Ratio
 from bench.readme import write_picture, write_table
-from bench.reference import SEEDS as REFERENCE_SEEDS
-from bench.reference import reference, reference_settings
-from bench.scene_files import ROOT, SceneFile, scene_file
+from bench.scene_files import ROOT, scene_file
+from bench.scene_results import COLUMN, COMPARED, LABELS, SCENES, SIGMA, Effort, Results, results
 from bench.table import Progress
 from bench.timing import times
 
-LABELS = {AUTOMATIC: "Cycles", TABULATED: "Cycles, white noise", TILES: "Spectral Tiles"}
-
-#: Scenes by name, and the middle of the crop that is shown, in parts of the picture from the upper left.
-SCENES = {
-    "wheels": (0.46, 0.40),
-    "motion_blur": (0.46, 0.40),
-    "moving_penumbra": (0.62, 0.35),
-    "round_lens": (0.25, 0.35),
-    "glossy_reflection": (0.55, 0.80),
-    "interior": (0.45, 0.55),
-    "windy_forest": (0.30, 0.55),
-    "dandelion": (0.55, 0.35),
-    "swinging_lamp": (0.45, 0.60),
-}
 QUICK_SCENES = ("motion_blur", "moving_penumbra", "interior")
-
-#: Samples a pixel at which denoising, adaptive sampling and equal time are compared.
-COMPARED = 4
-
-#: The Gaussian by which scenes are judged, in pixels.
-SIGMA = 1
-
-
-@dataclass(frozen=True)
-class Effort:
-    """How much to render.
-
-    Attributes
-    ----------
-    scenes : sequence of str
-        Of `SCENES`.
-    lines : int
-        Width and height of their pictures.
-    samples : sequence of int
-        Samples a pixel.
-    seeds : sequence of int
-        One image each.
-    reference_samples : int
-        Samples a pixel of each half of the references.
-    timed_size : tuple of int
-        Pixels of the frames whose wall time is measured.
-    pairs : int
-        Pairs of timed processes.
-    """
-
-    scenes: Sequence[str]
-    lines: int
-    samples: Sequence[int]
-    seeds: Sequence[int]
-    reference_samples: int
-    timed_size: tuple[int, int]
-    pairs: int
-
-    @property
-    def settings(self) -> Settings:
-        """Size of the pictures, the scenes' own bounces."""
-        return Settings(size=(self.lines, self.lines))
-
-
-@dataclass(frozen=True)
-class Found:
-    """What was measured on one scene.
-
-    Attributes
-    ----------
-    errors : dict
-        Mean square errors, shape (seeds, sigmas), by engine and samples a pixel.
-    variants : dict
-        Mean square errors by the name of a variant, at `COMPARED` samples.
-    flips : dict
-        FLIP of the variants' first pictures.
-    parts : list
-        Crops: a row of engines for each number of samples, then the variants.
-    time_ratio : float
-        Our time over native, at `COMPARED` samples.
-    """
-
-    errors: dict[tuple[str, int], Errors]
-    variants: dict[str, Errors]
-    flips: dict[str, float]
-    parts: list[Part]
-    time_ratio: float
 
 
 def make(effort: Effort, experiments: paper.Effort, folder: Path, readme: bool) -> Path:
@@ -136,45 +43,126 @@ def make(effort: Effort, experiments: paper.Effort, folder: Path, readme: bool) 
     """
     pictures = folder / "pictures"
     pictures.mkdir(parents=True, exist_ok=True)
-    progress = Progress(len(effort.scenes) + paper.steps(experiments) + 1)
-    found = {name: _scene(name, effort, pictures, progress) for name in effort.scenes}
+    progress = Progress(effort.steps + paper.steps(experiments) + 2)
+    found = [results(name, effort, pictures, progress) for name in effort.scenes]
+    progress.step("where Cycles is better")
+    worse = doubts.looked_at_again(found, effort.settings, effort.seeds, progress)
+    progress.step("wall times of large frames")
+    timed = times([scene_file("wheels")], Settings(size=effort.large), effort.pairs, progress.say)
     summary = _summary(found, effort)
+    seeds = f"{len(effort.seeds)} seeds ± standard error"
     parts = [
-        *(replace(one.parts[0], rows=one.parts[0].rows[:1]) for name, one in found.items() if name in SHOWN),
-        Heading("How this was measured", _conditions(effort)),
+        *_heroes(found, effort),
         Heading(
             "At equal samples",
-            f"Mean square error of luminance after a Gaussian of sigma {SIGMA} pixel, over that of Cycles' automatic "
-            f"pattern at the same number of samples, {len(effort.seeds)} seeds ± standard error. Below 1 is better. "
-            "An exclamation mark: worse by more than two standard errors." + _worse(found),
+            f"Mean square error of luminance after a Gaussian of {SIGMA} pixel, which stands for the eye, over that of "
+            "Cycles' automatic pattern at the same number of samples. Below 1 is better. An exclamation mark: worse by "
+            "more than two standard errors.",
         ),
         summary,
-        _against_white(found, effort),
-        Plot("Convergence: error over samples a pixel, both scales logarithmic", _convergence(found, effort, pictures)),
-        Heading("Equal time, denoised, adaptive", _VARIANTS),
-        _variants(found),
-        _times(effort, progress),
-        Heading("Tiles", "The step test, white noise = 1, lower is better; from README, which says how it is made."),
-        tiles_table(),
+        _ratios(
+            f"The same over Cycles' Tabulated Sobol, which is white noise over the image, {seeds}",
+            "over white noise",
+            found,
+            effort,
+            lambda one, count: one.over(TABULATED, count),
+        ),
+        *doubts.parts(worse),
+        Heading(
+            "At equal time",
+            "Spectral Tiles takes longer for a sample. Cycles' error is read from its own curve of error over samples, "
+            "between those measured, at the number that it renders while Spectral Tiles renders these. Wall times of "
+            f"frames of {effort.timed_lines}x{effort.timed_lines} pixels, the plan being made already; what it takes "
+            f"longer for weighs less in more samples, but from {COMPARED} spp on the ratio of {COMPARED} spp is taken.",
+        ),
+        _ratios(
+            f"Mean square error at sigma {SIGMA} over Cycles' in equal time, {seeds} (of the errors)",
+            "over Cycles",
+            found,
+            effort,
+            Results.at_equal_time,
+        ),
+        _time_ratios(found, effort),
+        timed,
+        Heading("Convergence"),
+        Plot(
+            f"Root mean square error at sigma {SIGMA} over samples a pixel, both scales logarithmic, {seeds}",
+            _convergence(found, effort, pictures),
+        ),
+        Heading(
+            "Denoised, adaptive",
+            f"At {COMPARED} samples a pixel, {seeds}. Cycles' adaptive sampling has that as its largest number and the "
+            "scene's own threshold. It first looks at the noise after more samples than that, so that it changes "
+            "nothing here.",
+        ),
+        *_variants(found),
         *paper.parts(experiments, pictures, progress),
-        Heading("Scene by scene", "Crops pixel by pixel, first seed, through each scene's own view."),
-        *(part for one in found.values() for part in one.parts),
+        Heading("Tiles", "The step test; lower is better. From docs/tiles.md, which README says how to make."),
+        tiles_table(),
+        Heading(
+            "Scene by scene",
+            "First seed, through each scene's own view, each pixel enlarged to a square. Pictures at equal time have "
+            "the nearest whole number of samples.",
+        ),
+        *(one.pictures for one in found),
+        Heading("How this was measured", _conditions(effort)),
     ]
     path = folder / "report.html"
-    path.write_text(page("Spectral Tiles against Cycles", parts), encoding="utf-8")
+    path.write_text(page("Spectral Tiles against Cycles", _lead(found, effort, worse), parts), encoding="utf-8")
     if readme:
         _write_readme(summary, effort)
     return path
 
 
+# --- In a minute -----------------------------------------------------------------------------------------------------
+
+
+def _lead(found: Sequence[Results], effort: Effort, worse: Sequence[doubts.Doubt]) -> str:
+    """Return the page's summary."""
+    counts = sorted({min(effort.samples), max(effort.samples)})
+
+    def span(value: Callable[[Results, int], Ratio]) -> str:
+        each = {count: [value(one, count).value for one in found] for count in counts}
+        return ", ".join(
+            f"{np.median(values):.2f} at {count} spp ({min(values):.2f} to {max(values):.2f})"
+            for count, values in each.items()
+        )
+
+    confirmed = ", ".join(f"{doubt.name} at {doubt.samples} spp" for doubt in worse if doubt.is_confirmed)
+    ratios = [one.over(AUTOMATIC, count) for one in found for count in effort.samples]
+    undecided = sum(r.value > 1 and not doubts.is_worse(r) for r in ratios)
+    return (
+        "Noise that is left to the eye, over what Cycles' own blue noise leaves. With as many samples a pixel (spp): "
+        f"{span(lambda one, count: one.over(AUTOMATIC, count))}. In the same time: {span(Results.at_equal_time)}. "
+        f"Median and range of {len(found)} scenes, {len(effort.seeds)} seeds each.\n"
+        f"More noise than Cycles with as many samples, beyond chance: {confirmed or 'nowhere measured'}. "
+        f"{undecided} of {len(ratios)} figures are above 1 by less than two standard errors."
+    )
+
+
+def _heroes(found: Sequence[Results], effort: Effort) -> list[Pictures]:
+    """Return the scenes where it surely helps most and least at the fewest samples, chosen by the figures."""
+    least = min(effort.samples)
+
+    def bound(one: Results, side: int) -> float:
+        found = one.over(AUTOMATIC, least)
+        return found.value + side * 2 * found.spread
+
+    chosen = {"most": min(found, key=lambda one: bound(one, 1)), "least": max(found, key=lambda one: bound(one, -1))}
+    return [
+        Pictures(f"Helps {how}: {one.scene.name}, {one.over(AUTOMATIC, least)} of Cycles' error", [one.hero])
+        for how, one in list(chosen.items())[: len(found)]
+    ]
+
+
 def _conditions(effort: Effort) -> str:
-    noun = f"{effort.lines}x{effort.lines} pixels, box filter of one pixel, the scenes' own bounces"
     return (
         f"Blender {blender_version()}, CPU: {_processor()}, {os.cpu_count()} threads, {platform.system()}, "
         f"engine state {engine_state()}, {date.today():%d %B %Y}.\n"
-        f"{noun}. References: two halves of {effort.reference_samples} samples a pixel by native Cycles, whose own "
-        "noise is taken out of the figures by multiplying the errors against one half and the other. Every engine "
-        "renders the same files; nothing is tuned to a scene."
+        f"{effort.lines}x{effort.lines} pixels, box filter of one pixel, the scenes' own bounces. References: two "
+        f"halves of {effort.reference_samples} samples a pixel by native Cycles, whose own noise is taken out of the "
+        "figures by multiplying the errors against one half and the other. Every engine renders the same files; "
+        "nothing is tuned to a scene."
     )
 
 
@@ -186,177 +174,91 @@ def _processor() -> str:
     return next(names, platform.processor() or platform.machine())
 
 
-# --- One scene -------------------------------------------------------------------------------------------------------
-
-
-def _scene(name: str, effort: Effort, folder: Path, progress: Progress) -> Found:
-    """Render and measure one scene."""
-    progress.step(f"{name}: rendering")
-    scene, base = scene_file(name), effort.settings
-    time_ratio = _time_ratio(scene, replace(base, samples=COMPARED))
-    longer = max(COMPARED, round(COMPARED * time_ratio))
-    variants = {
-        "Cycles": replace(base, samples=COMPARED),
-        f"Cycles at equal time ({longer} samples)": replace(base, samples=longer),
-        "Cycles, adaptive": replace(base, samples=COMPARED, adaptive=True),
-        "Spectral Tiles": replace(base, samples=COMPARED, engine=TILES),
-        "Cycles, denoised": replace(base, samples=COMPARED, denoise=True),
-        "Spectral Tiles, denoised": replace(base, samples=COMPARED, engine=TILES, denoise=True),
-    }
-    plain = {
-        (engine, count): replace(base, engine=engine, samples=count) for count in effort.samples for engine in LABELS
-    }
-    wanted = [(settings, effort.seeds) for settings in (*plain.values(), *variants.values())]
-    render(scene, [(reference_settings(base, effort.reference_samples), REFERENCE_SEEDS), *wanted])
-
-    truth = reference(scene, base, effort.reference_samples, progress.say)
-    converged = picture(scene, reference_settings(base, effort.reference_samples), REFERENCE_SEEDS[0])
-
-    def errors(settings: Settings) -> Errors:
-        found = images(scene, settings, effort.seeds)
-        return np.array([[mean_square_error(image, truth, sigma) for sigma in SIGMAS] for image in found])
-
-    def shown(settings: Settings, label: str) -> Path:
-        source = picture(scene, settings, effort.seeds[0])
-        return write_crop(source, SCENES[name], effort.lines // 2, folder / f"{name}-{label}.png")
-
-    rows = [
-        (
-            f"{count} {'sample' if count == 1 else 'samples'}:",
-            [shown(plain[engine, count], f"{engine.lower()}-{count}") for engine in LABELS],
-        )
-        for count in effort.samples
-    ]
-    crops = [shown(settings, f"variant-{i}") for i, settings in enumerate(variants.values())]
-    return Found(
-        {key: errors(settings) for key, settings in plain.items()},
-        {label: errors(settings) for label, settings in variants.items()},
-        {
-            label: flip_of_pictures(picture(scene, settings, effort.seeds[0]), converged)
-            for label, settings in variants.items()
-        },
-        [
-            Pictures(f"{name}: equal samples", list(LABELS.values()), rows),
-            Pictures(f"{name}: {COMPARED} samples", list(variants)[:3], [("", crops[:3])]),
-            Pictures("", list(variants)[3:], [("", crops[3:])]),
-        ],
-        time_ratio,
-    )
-
-
-def _time_ratio(scene: SceneFile, settings: Settings) -> float:
-    """Return our wall time over native for one frame, from the second renders of one process."""
-    both = [(replace(settings, engine=engine), {"repeats": 2}) for engine in (AUTOMATIC, TILES)]
-    native, ours = (seconds[1][0] for seconds in run_worker(scene, both)["seconds"])
-    return ours / native
-
-
 # --- All scenes together ---------------------------------------------------------------------------------------------
 
-_VARIANTS = (
-    f"At {COMPARED} samples a pixel; adaptive sampling has that as its largest number and the scene's own threshold, "
-    "so at so few samples it cannot gain. Root mean square error times 1000 and, in brackets, FLIP of the first seed's "
-    "picture as the scene's view shows it. Equal time gives Cycles the samples it makes while Spectral Tiles makes "
-    f"{COMPARED}, its plan being made already."
-)
 
-
-def _ratios(one: Found, effort: Effort, theirs: str) -> list[Ratio]:
-    """Return our error over another engine's at each number of samples."""
-    column = SIGMAS.index(SIGMA)
-    return [
-        ratio(one.errors[TILES, count][:, column], one.errors[theirs, count][:, column]) for count in effort.samples
+def _ratios(
+    caption: str, corner: str, found: Sequence[Results], effort: Effort, value: Callable[[Results, int], Ratio]
+) -> Table:
+    """Return a table of a ratio of each scene at each number of samples, and the median of the scenes."""
+    each = [[value(one, count) for count in effort.samples] for one in found]
+    rows = [
+        [one.scene.name, *(f"{r}{' !' if doubts.is_worse(r) else ''}" for r in row)]
+        for one, row in zip(found, each, strict=True)
     ]
+    medians = np.median([[r.value for r in row] for row in each], axis=0)
+    rows.append(["median", *(f"{median:.3f}" for median in medians)])
+    return Table(caption, [corner, *(f"{count} spp" for count in effort.samples)], rows)
 
 
-def _is_worse(found: Ratio) -> bool:
-    return found.value - 2 * found.spread > 1
-
-
-def _worse(found: dict[str, Found]) -> str:
-    """Return a sentence that names the scenes where Cycles is better."""
-    names = [
-        f"{name} ({count} spp)"
-        for name, one in found.items()
-        for engine, count in one.errors
-        if engine == TILES
-        and _is_worse(ratio(*(one.errors[e, count][:, SIGMAS.index(SIGMA)] for e in (TILES, AUTOMATIC))))
-    ]
-    return f"\nWorse by more than two standard errors: {', '.join(names) or 'none'}."
-
-
-def _summary(found: dict[str, Found], effort: Effort) -> Table:
-    rows, values = [], []
-    for name, one in found.items():
-        ratios = _ratios(one, effort, AUTOMATIC)
-        values.append([r.value for r in ratios])
-        rows.append([name, *(f"{r}{' !' if _is_worse(r) else ''}" for r in ratios)])
-    rows.append(["median", *(f"{value:.3f}" for value in np.median(values, axis=0))])
-    header = ["over Cycles", *(f"{count} spp" for count in effort.samples)]
+def _summary(found: Sequence[Results], effort: Effort) -> Table:
     caption = (
         f"Mean square error over that of Cycles' automatic pattern at equal samples after a Gaussian of {SIGMA} pixel, "
         f"{effort.lines}x{effort.lines}, {len(effort.seeds)} seeds ± standard error, engine state {engine_state()}"
     )
-    return Table(caption, header, rows)
+    return _ratios(caption, "over Cycles", found, effort, lambda one, count: one.over(AUTOMATIC, count))
 
 
-def _against_white(found: dict[str, Found], effort: Effort) -> Table:
-    each = {name: _ratios(one, effort, TABULATED) for name, one in found.items()}
-    rows = [[name, *map(str, ratios)] for name, ratios in each.items()]
-    medians = np.median([[r.value for r in ratios] for ratios in each.values()], axis=0)
-    rows.append(["median", *(f"{value:.3f}" for value in medians)])
-    header = ["over white noise", *(f"{count} spp" for count in effort.samples)]
-    return Table("The same over Cycles' Tabulated Sobol, which is white noise over the image", header, rows)
+def _time_ratios(found: Sequence[Results], effort: Effort) -> Table:
+    def cell(each: Sequence[float]) -> str:
+        return f"{statistics.median(each):.2f} ({min(each):.2f}-{max(each):.2f})"
+
+    rows = [[one.scene.name, *map(cell, one.times.values())] for one in found]
+    caption = f"Wall time over Cycles', median of {effort.pairs} pairs of renders (lowest to highest)"
+    return Table(caption, ["", *(f"{count} spp" for count in found[0].times)], rows)
 
 
-def _convergence(found: dict[str, Found], effort: Effort, folder: Path) -> Path:
+def _convergence(found: Sequence[Results], effort: Effort, folder: Path) -> Path:
     """Draw error over samples, a small diagram a scene."""
     columns = min(3, len(found))
-    figure = Figure(figsize=(3.4 * columns, 2.7 * -(-len(found) // columns)), layout="constrained")
+    figure = Figure(figsize=(3.6 * columns, 2.9 * -(-len(found) // columns)), layout="constrained")
     axes = figure.subplots(-(-len(found) // columns), columns, squeeze=False).ravel()
-    for axis, (name, one) in zip(axes, found.items(), strict=False):
+    for axis, one in zip(axes, found, strict=False):
         for engine, label in LABELS.items():
-            squares = [one.errors[engine, count][:, SIGMAS.index(SIGMA)] for count in effort.samples]
-            spread = [np.sqrt(np.maximum(square, 0)).std() for square in squares]
-            axis.errorbar(effort.samples, [np.sqrt(abs(square.mean())) for square in squares], spread, label=label)
-        axis.set(title=name, xscale="log", yscale="log", xticks=effort.samples, xticklabels=map(str, effort.samples))
-        axis.minorticks_off()
+            squares = np.array([one.errors[engine, count][:, COLUMN] for count in effort.samples])
+            error = np.sqrt(abs(squares.mean(axis=1)))
+            # Of the root of a mean, to first order.
+            spread = squares.std(axis=1, ddof=1) / np.sqrt(len(effort.seeds)) / (2 * error)
+            axis.errorbar(effort.samples, error, spread, label=label, marker=".")
+        axis.set(title=one.scene.name, xscale="log", yscale="log")
+        axis.set_xticks(effort.samples, map(str, effort.samples))
+        axis.set_xticks([], minor=True)
     for axis in axes[len(found) :]:
         axis.remove()
     axes[0].legend(fontsize="small")
     path = folder / "convergence.png"
-    figure.savefig(path, dpi=100)
+    figure.savefig(path, dpi=DPI)
     return path
 
 
-def _variants(found: dict[str, Found]) -> Table:
-    column = SIGMAS.index(SIGMA)
-    labels = [label.partition(" (")[0] for label in next(iter(found.values())).variants]
-    rows = [
-        [
-            f"{name} (time x {one.time_ratio:.2f})",
-            *(
-                f"{1000 * np.sqrt(abs(errors[:, column].mean())):.1f} ({one.flips[label]:.3f})"
-                for label, errors in one.variants.items()
-            ),
-        ]
-        for name, one in found.items()
+def _variants(found: Sequence[Results]) -> list[Table]:
+    """Return the variants' errors, and their FLIP."""
+    header = ["", *found[0].variants]
+
+    def cell(each: np.ndarray, digits: int) -> str:
+        return f"{each.mean():.{digits}f}±{each.std(ddof=1) / np.sqrt(len(each)):.{digits}f}"
+
+    def errors(one: Results) -> list[str]:
+        roots = (np.sqrt(np.maximum(each[:, COLUMN], 0)) for each in one.variants.values())
+        return [cell(1000 * root, 1) for root in roots]
+
+    return [
+        Table(
+            f"Root mean square error x 1000 at sigma {SIGMA}", header, [[one.scene.name, *errors(one)] for one in found]
+        ),
+        Table(
+            "FLIP, the difference that a viewer sees, of the pictures as the scenes' views show them",
+            header,
+            [[one.scene.name, *(cell(each, 4) for each in one.flips.values())] for one in found],
+        ),
     ]
-    return Table(f"RMSE x 1000 at sigma {SIGMA} (FLIP)", ["", *labels], rows)
-
-
-def _times(effort: Effort, progress: Progress) -> Table:
-    progress.step("wall times")
-    return times([scene_file("wheels")], Settings(size=effort.timed_size), effort.pairs, progress.say)
 
 
 def tiles_table() -> Table:
-    """Return README's table of tiles."""
-    readme = (ROOT / "README.md").read_text(encoding="utf-8")
-    lines = [line for line in readme.partition("\n## Tiles")[2].splitlines() if line.startswith("|")]
-    cells = [[cell.strip() for cell in line.strip("|").split("|")] for line in lines]
-    end = next((i for i, row in enumerate(cells) if i > 1 and len(row) != len(cells[0])), len(cells))
-    return Table("Mean square error of step functions after a Gaussian of 1 / 2 / 4 pixels", cells[0], cells[2:end])
+    """Return the table of docs/tiles.md."""
+    caption, _, *lines = (ROOT / "docs" / "tiles.md").read_text(encoding="utf-8").replace("*", "").splitlines()
+    cells = [[cell.strip() for cell in line.strip("|").split("|")] for line in lines if line.startswith("|")]
+    return Table(caption.partition(";")[0] + "; white noise is 1", cells[0], cells[2:])
 
 
 # --- README ----------------------------------------------------------------------------------------------------------

@@ -15,8 +15,8 @@ from generator.joint_scanning import scan_jointly
 #: The side of the paper's tile, "a 32 x 32 pattern of samples" (section 7).
 SIZE = 32
 
-#: The tile for pictures that the extension ships.
-SHIPPED = "SPECTRAL_64"
+#: Of the spectral tiles that the extension ships, the one that is made for what a scene uses.
+SHIPPED = "SPECTRAL"
 
 
 @dataclass(frozen=True)

@@ -5,9 +5,12 @@ import sys
 import time
 from collections.abc import Sequence
 
+#: Characters of the progress bar.
+_BAR = 20
+
 
 class Progress:
-    """Progress lines on the error stream, numbered and with the time gone by, so that output stays a clean table.
+    """Progress lines on the error stream, with a bar and the time gone by, so that output stays a clean table.
 
     Parameters
     ----------
@@ -23,7 +26,8 @@ class Progress:
     def step(self, text: str) -> None:
         """Announce the next step."""
         self._done += 1
-        self.say(f"[{self._done}/{self._steps}] {text}")
+        bar = "#" * (_BAR * (self._done - 1) // self._steps)
+        self.say(f"[{bar:.<{_BAR}}] {self._done}/{self._steps} {text}")
 
     def say(self, text: str) -> None:
         """Print a line that is no step."""

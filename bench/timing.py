@@ -1,12 +1,13 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Wall time and memory of our engine against native Cycles."""
 
+import json
 import statistics
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 from bench.document import Table
-from bench.jobs import AUTOMATIC, TILES, Settings, run_worker
+from bench.jobs import AUTOMATIC, TILES, Settings, result_path, run_worker
 from bench.scene_files import SceneFile
 
 #: The second render of a process is the one that counts: by then our plan is cached and Cycles' kernels are loaded.
@@ -72,6 +73,27 @@ def times(scenes: Sequence[SceneFile], settings: Settings, pairs: int, say: Call
         header,
         rows,
     )
+
+
+def ratios(scene: SceneFile, settings: Settings, pairs: int) -> list[float]:
+    """Return our wall time over native, one a pair of renders that follow each other in one process; cached.
+
+    Parameters
+    ----------
+    scene : SceneFile
+        What to render.
+    settings : Settings
+        Samples, size and bounces; the engine is replaced.
+    pairs : int
+        Pairs of renders, after one that makes the plan and loads Cycles' kernels.
+    """
+    path = result_path(scene, replace(settings, engine=TILES), f"{pairs}_pairs.json")
+    if not path.is_file():
+        both = [(replace(settings, engine=engine), {"repeats": 1}) for engine in (AUTOMATIC, TILES)]
+        seconds = [wall for ((wall, _),) in run_worker(scene, both * (1 + pairs))["seconds"]]
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_text(json.dumps([ours / native for native, ours in zip(seconds[2::2], seconds[3::2], strict=True)]))
+    return json.loads(path.read_text())
 
 
 def _row(native: Sequence[Cost], tiles: Sequence[Cost], pixels: int) -> list[str]:
