@@ -18,6 +18,8 @@ class SceneUse:
         Whether light that was scattered more than once is rendered.
     glow : bool
         Whether any emitter is not a lamp, so that scattered rays find much of the light.
+    blades : int
+        Of the lens; 0 if it is round, or a pinhole.
     """
 
     motion_blur: bool
@@ -25,6 +27,7 @@ class SceneUse:
     lights: int
     bounces: bool
     glow: bool
+    blades: int = 0
 
     @property
     def is_direct(self):
@@ -81,13 +84,15 @@ def scene_use(depsgraph, found=None):
     camera = scene.camera
     cycles = scene.cycles
     lights, glow = emitters(depsgraph) if found is None else found
+    lens = camera is not None and camera.type == "CAMERA" and camera.data.dof.use_dof
     return SceneUse(
         motion_blur=scene.render.use_motion_blur and layer.use_motion_blur,
-        lens=camera is not None and camera.type == "CAMERA" and camera.data.dof.use_dof,
+        lens=lens,
         lights=lights,
         bounces=cycles.max_bounces > 0
         and any((cycles.diffuse_bounces, cycles.glossy_bounces, cycles.transmission_bounces, cycles.volume_bounces)),
         glow=glow,
+        blades=camera.data.dof.aperture_blades if lens and camera.data.dof.aperture_blades >= 3 else 0,
     )
 
 

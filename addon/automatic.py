@@ -7,7 +7,7 @@ import os
 
 import numpy as np
 
-from . import cycles_random, modes
+from . import aperture, cycles_random, modes
 from .arrangement import ALIGNMENT, arrange
 from .failure import Cancelled
 from .plan import LARGE, MOST_PLANNED, Plan, memory
@@ -25,7 +25,7 @@ GROUP, WEIGHT = 4, 0.5
 
 
 # Dimensions that integrands depend on together.
-_TIME, _LENS, _LIGHT, _PICK = ("t",), ("lens.u", "lens.v"), ("light.u", "light.v"), ("light.pick",)
+_TIME, _LENS, _LIGHT, _PICK = ("t",), aperture.dims(0), ("light.u", "light.v"), ("light.pick",)
 _SCATTERING, _CLOSURE, _PICK_2 = ("bsdf.u", "bsdf.v"), ("bsdf.pick",), ("light2.pick",)
 
 # What part of the variance of pictures comes from each, in percent, and from their interactions: about the mean of
@@ -69,7 +69,12 @@ def shares(use):
         used |= {_SCATTERING, _CLOSURE}
     if use.bounces and use.lights > 1:
         used.add(_PICK_2)
-    return [(groups, share) for groups, share in SHARES.items() if used.issuperset(groups)]
+    seen = {_LENS: aperture.dims(use.blades)}
+    return [
+        (tuple(seen.get(group, group) for group in groups), share)
+        for groups, share in SHARES.items()
+        if used.issuperset(groups)
+    ]
 
 
 def place_in_group(seed, frame):
@@ -185,7 +190,7 @@ def error_modes(chosen, samples, count=_MODES):
     return modes.strongest(total, numbers(total, ranks, samples, samples), count)
 
 
-def numbers(chosen, ranks, samples, sequence, first=0):
+def numbers(chosen, ranks, samples, sequence, first=0, lens_shift=None):
     """What modes depend on, at some samples of each pixel's share of the sequence.
 
     Parameters
@@ -196,15 +201,24 @@ def numbers(chosen, ranks, samples, sequence, first=0):
         Of the pixels (`cycles_random.pixel_ranks`).
     samples, sequence, first : int
         How many samples, of how many, from which on.
+    lens_shift : dict of str to uint8 array, shape ranks.shape, optional
+        What is added to Cycles' lens numbers, in 256ths.
 
     Returns
     -------
     dict of str to uint8 array, shape (samples, *ranks.shape)
-        Leading bytes of Cycles' numbers, by dimension.
+        Leading bytes of the numbers, by dimension (`aperture.leading_bytes`).
     """
     steps = np.arange(first, first + samples, dtype=np.uint32).reshape(-1, *(1,) * ranks.ndim)
-    dims = sorted({name for mode in chosen for name, _ in mode})
-    return cycles_random.leading_bytes(ranks * np.uint32(sequence) + steps, dims)
+    index = ranks * np.uint32(sequence) + steps
+
+    def draw(dims):
+        values = cycles_random.leading_bytes(index, dims)
+        for name in values.keys() & (lens_shift or {}).keys():
+            values[name] += lens_shift[name]
+        return values
+
+    return aperture.leading_bytes({name for mode in chosen for name, _ in mode}, draw)
 
 
 def drawn(plan, region, sequence):
@@ -224,10 +238,8 @@ def drawn(plan, region, sequence):
     ranks, lens_shift = plan.at_film(region)
 
     def found(window, chosen, samples, first):
-        values = numbers(chosen, ranks[window], samples, sequence, first)
-        for name in values.keys() & lens_shift.keys():
-            values[name] += lens_shift[name][window]
-        return values
+        shift = {name: values[window] for name, values in lens_shift.items()}
+        return numbers(chosen, ranks[window], samples, sequence, first, shift)
 
     return found
 

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from . import automatic, cycles_random, modes, shared_sequence
+from . import aperture, automatic, cycles_random, modes, shared_sequence
 from .arrangement import ALIGNMENT, arrange
 from .matching import match
 from .tile_plan import evenly_spread
@@ -59,10 +59,14 @@ class CellPlan:
         x, y = ((np.arange(size) + corner) % self.side for size, corner in zip(region.size, region.corner, strict=True))
 
         def found(window, chosen, samples, first):
-            dims = sorted({name for mode in chosen for name, _ in mode})
-            values = shared_sequence.values(dims, self.count, self.seed)[self.offset[..., first : first + samples]]
-            leading = (256.0 * values).astype(np.uint8)[y[window[0], None], x[window[1]]]
-            return dict(zip(dims, np.moveaxis(leading, (-1, -2), (0, 1)), strict=True))
+            points = self.offset[..., first : first + samples]
+            cells = _leading_bytes(
+                {name for mode in chosen for name, _ in mode},
+                lambda dims: shared_sequence.values(dims, self.count, self.seed)[points],
+            )
+            return {
+                name: np.moveaxis(values[y[window[0], None], x[window[1]]], -1, 0) for name, values in cells.items()
+            }
 
         return found
 
@@ -92,14 +96,16 @@ def arranged(use, samples, seed, frame=None):
     cells = side(samples) ** 2
     count = shared_sequence.length(cells * samples)
     shares = automatic.shares(use)
-    dims = sorted({name for groups, _ in shares for name in itertools.chain(*groups)})
+    dims = {name for groups, _ in shares for name in itertools.chain(*groups)}
     _, first_seed, place = automatic.place_in_group(seed, frame)
     order, error_modes, before = _curve(side(samples)), None, None
     for cycles_seed in range(first_seed, first_seed + place + 1):
         if shares:
-            values = shared_sequence.values(dims, count, cycles_seed)[: cells * samples]
-            values = (256.0 * values).astype(np.uint8).reshape(cells, samples, len(dims))[:, :_WEIGHED]
-            numbers = {name: values[..., column].T for column, name in enumerate(dims)}
+            numbers = _leading_bytes(dims, lambda names, seed=cycles_seed: shared_sequence.values(names, count, seed))
+            numbers = {
+                name: values[: cells * samples].reshape(cells, samples)[:, :_WEIGHED].T
+                for name, values in numbers.items()
+            }
             error_modes = error_modes or modes.strongest(modes.variances(shares), numbers, _MODES)
             features = np.stack(list(modes.features(error_modes, numbers)), axis=-1)
             order = _placed(features, side(samples), before)
@@ -148,6 +154,16 @@ def _plan(order, samples, seed, count):
     offset = order[..., None] * samples + np.arange(samples)
     numbers = shared_sequence.values(("t", "lens.u", "lens.v", "film.x", "film.y"), count, seed)[offset]
     return CellPlan(seed, count, offset, numbers[..., 0].copy(), numbers[..., 1:3].copy(), numbers[..., 3:].copy())
+
+
+def _leading_bytes(names, draw):
+    """Leading bytes by name; `draw` gives the numbers of a list of dimensions, (..., dimensions)."""
+
+    def drawn(dims):
+        values = (256.0 * draw(dims)).astype(np.uint8)
+        return dict(zip(dims, np.moveaxis(values, -1, 0), strict=True))
+
+    return aperture.leading_bytes(names, drawn)
 
 
 def _curve(side):

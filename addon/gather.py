@@ -15,6 +15,7 @@ import bpy
 
 from . import (
     adaptive,
+    aperture,
     automatic,
     camera,
     control_variates,
@@ -174,6 +175,8 @@ def prepare(engine, data, depsgraph):
     if tile is None and use.is_direct and use.dims and settings.samples == 1:
         # Nothing but the tile's own dimensions is left to chance, and the rest need not be spared.
         tile = library.spectral(use.dims)
+    if tile is not None:
+        tile = aperture.fitted(tile, use.blades)
 
     engine.update_stats("", "Planning samples")
     if tile is None:

@@ -16,6 +16,7 @@ import numpy as np
 from cycles import engine as cycles
 
 from . import (
+    aperture,
     camera,
     cell_camera,
     cell_plan,
@@ -205,7 +206,7 @@ def prepare(engine, data, depsgraph):
         plan = cell_plan.arranged(use, settings.samples, settings.seed, frame)
     else:
         dims = tuple(name for name in use.dims if name in tile.dims)
-        plan = cell_plan.following(tile, dims, settings.samples, seed)
+        plan = cell_plan.following(aperture.fitted(tile, use.blades), dims, settings.samples, seed)
     if settings.samples > 1:
         film.add_divisors(engine, layer)
     denoise = denoising.prepare(engine, scene, layer)
