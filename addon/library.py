@@ -85,8 +85,10 @@ def spectral(dims):
 def _read(path):
     try:
         return _load(path, os.stat(path).st_mtime_ns)
-    except (OSError, ValueError) as error:
-        raise Refused(f"Cannot use the tile {path}: {error}") from error
+    except OSError as error:
+        raise Refused(f"Cannot use the tile {path}: {error.strerror or error}") from error
+    except ValueError as error:
+        raise Refused(f"Cannot use the tile {path}: {str(error).removeprefix(path + ': ')}") from error
 
 
 def check(scene, layer):
