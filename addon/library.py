@@ -18,7 +18,7 @@ except ImportError:  # from a checkout, where `addon` and `generator` are top-le
     from generator.library import PROFILES, covering
     from generator.periodogram import mode_periodogram
 
-__all__ = ["ITEMS", "generator", "mode_periodogram", "tile"]
+__all__ = ["ITEMS", "generator", "mode_periodogram", "name", "tile"]
 
 _FOLDER = os.path.join(os.path.dirname(__file__), "tiles")
 
@@ -75,6 +75,15 @@ def tile(settings, library=None, dims=PROFILES["full"]):
     else:
         path = os.path.join(_FOLDER, settings.tile.lower() + ".npz")
     return _read(path)
+
+
+def name(settings, dims):
+    """What to call the tile that `tile` returns, such as "full-1" or a file's name; None if it returns none."""
+    if settings.tile == "AUTO":
+        return None
+    if settings.tile == "FILE":
+        return bpy.path.basename(settings.tile_path) or None
+    return covering(dims).name if settings.tile == "SPECTRAL" else settings.tile.lower()
 
 
 def spectral(dims):
