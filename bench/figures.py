@@ -126,7 +126,7 @@ def _times() -> dict[str, np.ndarray]:
 
 
 def _row(columns: int, rows: int = 1) -> tuple[Figure, np.ndarray]:
-    figure = Figure(figsize=(2.6 * columns, 2.9 * rows), layout="constrained")
+    figure = Figure(figsize=(2.6 * columns, 2.8 * rows), layout="constrained")
     return figure, figure.subplots(rows, columns)
 
 
@@ -143,7 +143,7 @@ def main() -> int:
     folder.mkdir(parents=True, exist_ok=True)
     for name, draw in FIGURES.items():
         path = folder / f"{name}.png"
-        draw().savefig(path, dpi=100)
+        draw().savefig(path, dpi=100, bbox_inches="tight")
         print(path)
     return 0
 
