@@ -6,14 +6,15 @@ it: ``openjd_progress: 42`` in percent, ``openjd_status: frame 3, 2 of 10``.  Er
 """
 
 import argparse
-import json
 import os
+import signal
 import sys
 import time
+import traceback
 
 import bpy
 
-from . import comparison, layers, still
+from . import comparison, interruption, layers, still
 from .failure import Refused
 
 try:  # as an extension, where the generator is a package beside this one
@@ -40,33 +41,62 @@ def run(arguments, program=f"blender --command {_NAME}"):
     int
         Exit code: 0 done, 1 the render was refused or failed, 2 wrong use, 130 after Ctrl-C.
     """
+    if arguments[:1] == ["tile"]:
+        return _tile(arguments[1:], f"{program} tile")
     try:
-        if arguments[:1] == ["tile"]:
-            return generator.main(arguments[1:], f"{program} tile")
         options = _parser(program).parse_args(arguments)
     except SystemExit as stop:
         return stop.code
     start = time.perf_counter()
-    code, summary = DONE, {"command": options.command, "blender": bpy.app.version_string}
-    try:
-        summary |= options.run(options)
-    except (Refused, OSError) as error:
-        code, summary["error"] = FAILED, str(error)
-        print(f"{_NAME}: {error}", file=sys.stderr)
-    except KeyboardInterrupt:
-        code, summary["error"] = INTERRUPTED, "interrupted"
-        print(f"{_NAME}: interrupted", file=sys.stderr)
-    summary["seconds"] = round(time.perf_counter() - start, 3)
-    if options.json == "-":
-        print(json.dumps(summary), flush=True)
-    elif options.json:
-        try:
-            with open(options.json, "w", encoding="utf-8") as file:
-                json.dump(summary, file)
-        except OSError as error:
-            code = FAILED
+    summary = {"command": options.command, "blender": bpy.app.version_string}
+
+    def finish(code, error=None):
+        if error is not None:
+            summary["error"] = error
             print(f"{_NAME}: {error}", file=sys.stderr)
-    return code
+        summary["seconds"] = round(time.perf_counter() - start, 3)
+        try:
+            generator.write_summary(summary, options.json)
+        except OSError as failure:
+            code = FAILED
+            print(f"{_NAME}: {_sentence(failure)}", file=sys.stderr)
+        return code
+
+    with interruption.ends_with(lambda: finish(INTERRUPTED, "interrupted")):
+        try:
+            summary |= options.run(options)
+        except Exception as error:
+            return finish(FAILED, _sentence(error))
+        return finish(DONE)
+
+
+def _tile(arguments, program):
+    # Blender's own handler would wait for the end of a render, and there is none.
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    try:
+        return generator.main(arguments, program, _Percent().tell)
+    except SystemExit as stop:
+        return stop.code
+    finally:
+        signal.signal(signal.SIGINT, signal.SIG_DFL if before is None else before)
+
+
+def _sentence(error):
+    """What went wrong, in one line."""
+    if isinstance(error, Refused):
+        return str(error)
+    if isinstance(error, OSError) and error.filename is not None:
+        return f"{error.filename}: {error.strerror}"
+    if isinstance(error, OSError):
+        return " ".join(str(error).split())
+    if isinstance(error, MemoryError):
+        return "Not enough memory"
+    # A mistake of ours: the line tells where, for whoever is sent it.
+    place = traceback.extract_tb(error.__traceback__)[-1]
+    where = f"{os.path.basename(place.filename)}, line {place.lineno}"
+    return (
+        f"Spectral Tiles failed, please report this: {type(error).__name__}: {' '.join(str(error).split())} ({where})"
+    )
 
 
 def main():
@@ -124,6 +154,8 @@ def _compare(options):
 
 
 def _merge(options):
+    if not options.picture.lower().endswith(".exr"):
+        raise Refused(f"Only OpenEXR pictures hold layers: {options.picture} does not end in .exr")
     files = options.layers or layers.files_of(options.picture)
     samples, exact = layers.merge(files, options.picture)
     if not exact:
@@ -148,8 +180,11 @@ def _open(options):
     if options.percentage is not None:
         scene.render.resolution_percentage = options.percentage
     if options.tile is not None:
-        shipped = settings.bl_rna.properties["tile"].enum_items.keys()
+        items = settings.bl_rna.properties["tile"].enum_items
+        shipped = [item.identifier for item in items if item.identifier != "FILE"]
         named = options.tile.upper() in shipped
+        if not named and not os.path.isfile(options.tile):
+            raise Refused(f"No tile {options.tile}: neither a file nor one of {', '.join(shipped).lower()}")
         settings.tile = options.tile.upper() if named else "FILE"
         settings.tile_path = "" if named else os.path.abspath(options.tile)
     return scene
@@ -187,13 +222,26 @@ def _frames(text, scene):
 # Progress and parsing
 
 
+class _Percent:
+    """Lines for a farm about how much is done, each number once."""
+
+    def __init__(self):
+        self._told = -1
+
+    def tell(self, part):
+        percent = int(100 * part)
+        if percent > self._told:
+            self._told = percent
+            print(f"openjd_progress: {percent}", flush=True)
+
+
 class _Progress:
     """Lines for a farm about pictures that take equally long."""
 
     def __init__(self, pictures):
         self._pictures = pictures
         self._begun = 0
-        self._percent = -1
+        self._percent = _Percent()
         self._reading = still.sample_progress(self._tell)
 
     def __enter__(self):
@@ -212,17 +260,22 @@ class _Progress:
         self._tell(0.0)
 
     def _tell(self, part):
-        percent = int(100 * (self._begun - 1 + part) / self._pictures)
-        if percent > self._percent:
-            self._percent = percent
-            print(f"openjd_progress: {percent}", flush=True)
+        self._percent.tell((self._begun - 1 + part) / self._pictures)
+
+
+class _Parser(argparse.ArgumentParser):
+    """A parser that says what is wrong in one line."""
+
+    def error(self, message):
+        self.exit(WRONG_USE, f"{_NAME}: {message}; see {self.prog} --help\n")
 
 
 def _parser(program):
-    parser = argparse.ArgumentParser(
+    settings, render = bpy.context.scene.spectral_tiles, bpy.context.scene.render
+    parser = _Parser(
         prog=program,
         description="Render with Cycles Spectral Tiles.",
-        epilog="Exit codes: 0 done, 1 the render was refused or failed, 2 wrong use.",
+        epilog="Exit codes: 0 done, 1 the render was refused or failed, 2 wrong use, 130 interrupted.",
     )
     commands = parser.add_subparsers(dest="command", metavar="COMMAND", required=True)
 
@@ -231,10 +284,17 @@ def _parser(program):
     scene = argparse.ArgumentParser(add_help=False, parents=[summary])
     scene.add_argument("scene_file", metavar="FILE.blend", type=_existing, help="the scene; it is not changed")
     scene.add_argument("--scene", metavar="NAME", help="which scene of the file, by default the active one")
-    scene.add_argument("--samples", type=_positive, metavar="N", help="samples a pixel, by default the scene's")
-    scene.add_argument("--seed", type=_natural, metavar="N", help="by default the scene's")
+    scene.add_argument(
+        "--samples", type=_whole(settings, "samples"), metavar="N", help="samples a pixel, by default the scene's"
+    )
+    scene.add_argument("--seed", type=_whole(settings, "seed"), metavar="N", help="by default the scene's")
     scene.add_argument("--tile", metavar="TILE", help="'auto', a shipped tile's name or a tile file")
-    scene.add_argument("--percentage", type=_positive, metavar="N", help="size in percent of the scene's")
+    scene.add_argument(
+        "--percentage",
+        type=_whole(render, "resolution_percentage"),
+        metavar="N",
+        help="size in percent of the scene's",
+    )
 
     render = commands.add_parser("render", parents=[scene], help="render frames to files")
     render.add_argument(
@@ -258,10 +318,10 @@ def _parser(program):
         "compare", parents=[scene], help="render one frame with Cycles and Spectral Tiles at equal samples"
     )
     compare.add_argument("--out", required=True, metavar="FOLDER", help="receives both pictures as EXR and PNG")
-    compare.add_argument("--frame", type=int, metavar="N", help="by default the current one")
+    compare.add_argument("--frame", type=_frame, metavar="N", help="by default the current one")
     compare.add_argument(
         "--reference-samples",
-        type=_positive,
+        type=_whole(bpy.context.scene.cycles, "samples"),
         default=64,
         metavar="N",
         help="samples a pixel of each half of the converged picture (default %(default)s)",
@@ -271,7 +331,7 @@ def _parser(program):
     merge = commands.add_parser("merge", parents=[summary], help="merge a frame's layers exactly")
     merge.add_argument("picture", metavar="PATH.exr", help="the frame, as if it had been rendered at once")
     merge.add_argument(
-        "layers", nargs="*", metavar="LAYER", help="by default all PATH_layerIofK.exr, which must be there"
+        "layers", nargs="*", default=[], metavar="LAYER", help="by default all PATH_layerIofK.exr, which must be there"
     )
     merge.set_defaults(run=_merge)
 
@@ -285,18 +345,25 @@ def _existing(path):
     return path
 
 
-def _positive(text):
-    number = int(text)
-    if number < 1:
-        raise argparse.ArgumentTypeError(f"expected 1 or more, got {text}")
-    return number
+def _whole(owner, name):
+    """Return a parser of whole numbers that a property takes."""
+    limits = owner.bl_rna.properties[name]
+    least, most = limits.hard_min, limits.hard_max
+
+    def parse(text):
+        try:
+            number = int(text)
+        except ValueError:
+            number = None
+        if number is None or not least <= number <= most:
+            raise argparse.ArgumentTypeError(f"expected a whole number, {least} to {most}, got {text!r}")
+        return number
+
+    return parse
 
 
-def _natural(text):
-    number = int(text)
-    if number < 0:
-        raise argparse.ArgumentTypeError(f"expected 0 or more, got {text}")
-    return number
+def _frame(text):
+    return _whole(bpy.context.scene, "frame_current")(text)
 
 
 def _layer(text):
@@ -316,8 +383,8 @@ def _frame_numbers(text):
     try:
         for item in text.split(","):
             first, dash, last = item.partition("-")
-            frames += range(int(first), int(last if dash else first) + 1)
-    except ValueError:
+            frames += range(_frame(first), _frame(last if dash else first) + 1)
+    except argparse.ArgumentTypeError:
         raise argparse.ArgumentTypeError(f"expected frames such as 1,4-8, got {text!r}") from None
     if not frames:
         raise argparse.ArgumentTypeError(f"no frames in {text!r}")

@@ -6,7 +6,8 @@ import os
 import bpy
 import numpy as np
 
-from . import still
+from . import forecast, still
+from .failure import Refused
 
 # Engine to the name of its pictures.
 ENGINES = {"CYCLES": "cycles", "SPECTRAL_TILES": "spectral_tiles"}
@@ -48,6 +49,9 @@ def compare(scene, samples, reference_samples, folder, tell):
         A render was refused.
     """
     _equal_terms(scene)
+    for layer in scene.view_layers:
+        for message in forecast.refusals(scene, layer):
+            raise Refused(message)  # before Cycles has rendered in vain
     files, pictures = [], {}
     for engine, name in ENGINES.items():
         tell(name)

@@ -3,6 +3,7 @@
 
 import atexit
 import os
+import shutil
 import traceback
 
 import bpy
@@ -26,7 +27,7 @@ def report(engine, message):
     engine.error_set(message)
     if bpy.app.background and not bpy.app.module:
         atexit.unregister(_fail)
-        atexit.register(_fail)
+        atexit.register(_fail, bpy.app.tempdir)
 
 
 def attempt(engine, action, *arguments):
@@ -49,5 +50,6 @@ def attempt(engine, action, *arguments):
     return None
 
 
-def _fail():
+def _fail(folder):
+    shutil.rmtree(folder, ignore_errors=True)  # as Blender does when it ends by itself
     os._exit(1)

@@ -6,7 +6,7 @@ import math
 import bpy
 from bpy_extras.anim_utils import animdata_get_channelbag_for_assigned_slot
 
-from . import analysis, automatic, driver, gather, persistence, progress, shading, subrender
+from . import analysis, automatic, driver, gather, library, persistence, progress, shading, subrender
 from .failure import Refused
 from .plan import LARGE, memory
 from .region import Region
@@ -50,10 +50,20 @@ def scene_use(layer):
     return analysis.scene_use(depsgraph, _remembered(_emitters, depsgraph, analysis.emitters))
 
 
-def uses(layer):
-    """What the scene's noise comes from, such as "Motion blur, lens and 3 lights"; None as `scene_use`."""
+def uses(scene, layer):
+    """What the scene's noise comes from and what is done about it; None as `scene_use`.
+
+    Returns
+    -------
+    str or None
+        Such as "Motion blur, lens and 3 lights: using tile full-1".
+    """
     use = scene_use(layer)
-    return use and sentence(use)
+    if use is None or not use.dims:
+        return use and sentence(use)
+    name = library.name(scene.spectral_tiles, use.dims)
+    how = f"using tile {name}" if name else "using Cycles' own samples, arranged for these"
+    return f"{sentence(use)}: {how}"
 
 
 def sentence(use):
@@ -73,14 +83,16 @@ def sentence(use):
 
 
 def render_calls(scene):
-    """How Cycles will be called for a frame, and why if it is not the usual way."""
+    """Which driver renders a frame and why, and how it will call Cycles."""
+    is_free = scene.spectral_tiles.driver == "AUTO"
     if not driver.is_subrender(scene):
-        renders = "Several Cycles renders, their" if persistence.needed(scene) else "One Cycles render, its"
-        return f"{renders} pixels put in order afterwards"
-    calls = f"{subrender.sub_renders(scene):,} small Cycles renders, one for each cell of the tile and sample"
-    if scene.spectral_tiles.driver == "AUTO":
-        return f"{calls}. {driver.why_not_gather(scene)}"
-    return calls
+        renders = "several Cycles renders" if persistence.needed(scene) else "one Cycles render"
+        why = ", the faster driver" if is_free else ""
+        return f"Gather{why}: {renders}, pixels put in order afterwards"
+    calls = (
+        f"Sub-renders: {subrender.sub_renders(scene):,} small Cycles renders, one for each cell of the tile and sample"
+    )
+    return f"{calls}. {driver.why_not_gather(scene)}" if is_free else calls
 
 
 def overhead(scene):
@@ -88,14 +100,14 @@ def overhead(scene):
     if driver.is_subrender(scene):
         count, pace = subrender.sub_renders(scene), progress.Progress.pace
         if pace is None:
-            return f"They take {progress.clock(max(1.0, count * progress.LEAST))} at least"
-        return f"They take about {progress.clock(count * pace)} if each takes as long as the last ones did"
+            return f"Takes {progress.duration(max(1.0, count * progress.LEAST))} at least"
+        return f"Takes about {progress.duration(count * pace)} if each takes as long as the last ones did"
     pixels = Region.of_render(scene.render).pixels
     is_large = pixels > LARGE
     # The first frame of a group brings the plans of them all.
     is_group = is_large and scene.cycles.use_animated_seed and scene.spectral_tiles.tile == "AUTO"
     seconds = round((automatic.GROUP if is_group else 1) * pixels * memory.pace)
-    time = f"about {progress.clock(seconds)}" if seconds else "less than a second"
+    time = f"about {progress.duration(seconds)}" if seconds else "less than a second"
     once = "once for frames of this size" if is_large else "a frame"
     return f"Adds {time} {once}, and up to {math.ceil((_PARTS + pixels * _BYTES) / 1e7)}0 MB of memory"
 

@@ -8,14 +8,13 @@ all layers is the picture that one render would have made, but for the rounding 
 
 import os
 import re
-import tempfile
 import zlib
 from dataclasses import dataclass
 
 import bpy
 import numpy as np
 
-from . import film, layer_noise, openimageio
+from . import film, interruption, layer_noise, openimageio
 from .failure import Refused
 from .region import bands
 
@@ -391,7 +390,7 @@ def _write(path, layer, pixels):
         specs.append(kept)
     specs[0].attribute(_PREFIX + "subset", f"0 {layer.samples}")
     folder, name = os.path.split(os.path.abspath(path))
-    with tempfile.TemporaryDirectory(prefix=".spectral_tiles_", dir=folder) as unfinished:
+    with interruption.unfinished(folder) as unfinished:
         temporary = os.path.join(unfinished, name)
         output = oiio.ImageOutput.create(temporary)
         written = bool(output) and output.open(temporary, tuple(specs))

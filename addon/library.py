@@ -18,7 +18,7 @@ except ImportError:  # from a checkout, where `addon` and `generator` are top-le
     from generator.library import PROFILES, covering
     from generator.periodogram import mode_periodogram
 
-__all__ = ["ITEMS", "generator", "mode_periodogram", "tile"]
+__all__ = ["ITEMS", "generator", "mode_periodogram", "name", "tile"]
 
 _FOLDER = os.path.join(os.path.dirname(__file__), "tiles")
 
@@ -77,6 +77,15 @@ def tile(settings, library=None, dims=PROFILES["full"]):
     return _read(path)
 
 
+def name(settings, dims):
+    """What to call the tile that `tile` returns, such as "full-1" or a file's name; None if it returns none."""
+    if settings.tile == "AUTO":
+        return None
+    if settings.tile == "FILE":
+        return bpy.path.basename(settings.tile_path) or None
+    return covering(dims).name if settings.tile == "SPECTRAL" else settings.tile.lower()
+
+
 def spectral(dims):
     """The shipped spectral tile for a scene that uses these dimensions; raises `Refused` if it is damaged."""
     return _read(os.path.join(_FOLDER, "spectral", covering(dims).name + ".npz"))
@@ -85,8 +94,10 @@ def spectral(dims):
 def _read(path):
     try:
         return _load(path, os.stat(path).st_mtime_ns)
-    except (OSError, ValueError) as error:
-        raise Refused(f"Cannot use the tile {path}: {error}") from error
+    except OSError as error:
+        raise Refused(f"Cannot use the tile {path}: {error.strerror or error}") from error
+    except ValueError as error:
+        raise Refused(f"Cannot use the tile {path}: {str(error).removeprefix(path + ': ')}") from error
 
 
 def check(scene, layer):

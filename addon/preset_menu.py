@@ -24,7 +24,7 @@ class SPECTRAL_TILES_PT_presets(PresetPanel, bpy.types.Panel):
 class SPECTRAL_TILES_OT_preset_add(AddPresetBase, bpy.types.Operator):
     bl_idname = "spectral_tiles.preset_add"
     bl_label = "Add Spectral Tiles Preset"
-    bl_description = "Add or remove a preset of samples, tile, filter, adaptive sampling and driver"
+    bl_description = "Add or remove a preset of samples, tile, control variates, filter, adaptive sampling and driver"
     preset_menu = "SPECTRAL_TILES_PT_presets"
     preset_subdir = _SUBDIR
     preset_defines = ["settings = bpy.context.scene.spectral_tiles", "cycles = bpy.context.scene.cycles"]
@@ -32,6 +32,7 @@ class SPECTRAL_TILES_OT_preset_add(AddPresetBase, bpy.types.Operator):
         "settings.samples",
         "settings.tile",
         "settings.tile_path",
+        "settings.control_variates",
         "settings.filter",
         "settings.filter_width",
         "settings.filter_b",

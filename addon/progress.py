@@ -42,13 +42,16 @@ class Progress:
         if now < self._told + 1.0:
             return None
         self._told = now
-        left = clock((self._count - self.done) * Progress.pace)
+        left = duration((self._count - self.done) * Progress.pace)
         line = f"Sub-render {self.done} of {self._count}, about {left} left"
         self._engine.update_stats("", line)
         return line
 
 
-def clock(seconds):
-    """A duration as minutes and seconds, such as "1:05"."""
+def duration(seconds):
+    """A duration in words, to two units at most, such as "1 min 5 s"."""
     minutes, seconds = divmod(round(seconds), 60)
-    return f"{minutes}:{seconds:02}"
+    hours, minutes = divmod(minutes, 60)
+    if hours:
+        return f"{hours} h {minutes} min"
+    return f"{minutes} min {seconds} s" if minutes else f"{seconds} s"

@@ -4,10 +4,10 @@
 import contextlib
 import os
 import re
-import tempfile
 
 import bpy
 
+from . import interruption
 from .failure import Refused
 
 # Endings of pictures, and the settings that write them.
@@ -33,7 +33,7 @@ def open_scene(path, name=None):
 
 
 def path_of(scene, frame, output=None):
-    """Where the picture of a frame goes, by Blender's rules: ``####`` is the frame's number.
+    """Where the picture of a frame goes, by Blender's rules: ``####`` is the frame's number, by default at the end.
 
     Parameters
     ----------
@@ -49,10 +49,13 @@ def path_of(scene, frame, output=None):
     """
     render = scene.render
     if output is not None:
-        render.filepath = os.path.abspath(output)
-        ending = os.path.splitext(output)[1].lower()
-        if ending in _FORMATS and ending != render.file_extension:
-            render.image_settings.media_type, render.image_settings.file_format = _FORMATS[ending]
+        stem, ending = os.path.splitext(os.path.abspath(output))
+        if ending.lower() in _FORMATS:
+            if "#" not in stem:
+                stem += "####"  # or else Blender puts it behind the ending, and adds another one
+            if ending.lower() != render.file_extension:
+                render.image_settings.media_type, render.image_settings.file_format = _FORMATS[ending.lower()]
+        render.filepath = stem + ending
     if render.is_movie_format:
         raise Refused("The scene writes a movie, but frames are rendered one by one: choose an image format")
     return bpy.path.abspath(render.frame_path(frame=frame))
@@ -75,7 +78,7 @@ def render(scene, path):
     """
     folder, name = os.path.split(path)
     os.makedirs(folder, exist_ok=True)
-    with tempfile.TemporaryDirectory(prefix=".spectral_tiles_", dir=folder) as unfinished:
+    with interruption.unfinished(folder) as unfinished:
         scene.render.filepath = os.path.join(unfinished, name)
         try:
             bpy.ops.render.render(write_still=True, scene=scene.name)

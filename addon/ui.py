@@ -8,6 +8,7 @@ from cycles.ui import CYCLES_RENDER_PT_sampling_advanced_sample_subset as _Cycle
 from cycles.ui import CYCLES_RENDER_PT_sampling_render_denoise as _CyclesDenoising
 
 from . import forecast, library, tile_making, tile_picture
+from .control_variates import MOST_SAMPLES
 from .engine import SpectralTilesRender
 from .failure import Refused
 from .plan import memory
@@ -62,7 +63,9 @@ class SPECTRAL_TILES_PT_sampling(bpy.types.Panel):
             layout.prop(settings, "filter_b")
             layout.prop(settings, "filter_c")
         if settings.tile == "AUTO":
-            layout.prop(settings, "control_variates")
+            row = layout.row()
+            row.active = settings.samples <= MOST_SAMPLES and not context.scene.cycles.use_sample_subset
+            row.prop(settings, "control_variates")
         row = layout.row(align=True)
         row.prop(settings, "seed")
         row.prop(context.scene.cycles, "use_animated_seed", text="", icon="TIME")
@@ -106,7 +109,7 @@ def _draw_forecast(layout, context):
     """What the scene makes of the settings, and what stands in the way."""
     scene, layer = context.scene, context.view_layer
     column = layout.column(align=True)
-    if uses := forecast.uses(layer):
+    if uses := forecast.uses(scene, layer):
         _say(column, context, uses, "LIGHT")
     refusals = forecast.refusals(scene, layer)
     for message in refusals:

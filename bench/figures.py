@@ -71,7 +71,7 @@ def cylinders() -> Figure:
     for axis, limit in zip(axes, limits, strict=True):
         axis.set(title=f"below {limit / SIZE:g} a pixel", xlabel="frequency in time", ylim=(0, 1.6))
     axes[0].set_ylabel("power, white noise = 1")
-    axes[0].legend(frameon=False)
+    axes[1].legend(frameon=False, loc="upper right")
     return figure
 
 
@@ -108,8 +108,8 @@ def arrangement() -> Figure:
         spectra = [mode_periodogram(t.reshape(SIZE, SIZE, 1, 1), (mode,)) for mode in range(1, 5)]
         mean = np.mean([spectrum.radial_mean for spectrum in spectra], axis=0)
         axes[3].plot(spectra[0].radius / SIZE, mean, label=name, color=_GREYS[name])
-    axes[3].set(title="error, radial mean", xlabel="cycles a pixel", ylim=(0, None), box_aspect=1)
-    axes[3].legend(frameon=False)
+    axes[3].set(title="error, radial mean", xlabel="cycles a pixel", ylim=(0, 2.4), box_aspect=1)
+    axes[3].legend(frameon=False, loc="upper left")
     return figure
 
 
@@ -143,7 +143,7 @@ def main() -> int:
     folder.mkdir(parents=True, exist_ok=True)
     for name, draw in FIGURES.items():
         path = folder / f"{name}.png"
-        draw().savefig(path, dpi=100)
+        draw().savefig(path, dpi=100, bbox_inches="tight")
         print(path)
     return 0
 

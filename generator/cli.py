@@ -3,6 +3,7 @@
 import argparse
 import json
 import sys
+import time
 from pathlib import Path
 
 from .atomic_file import replacing
@@ -32,8 +33,10 @@ def _parser(program):
     parser = _Parser(prog=program, description="Makes and judges sample tiles.")
     parser.add_argument("--version", action="version", version=GENERATOR_VERSION)
     commands = parser.add_subparsers(dest="command", required=True)
+    summary = argparse.ArgumentParser(add_help=False)
+    summary.add_argument("--json", metavar="FILE", help="write a summary there when done; - is standard output")
 
-    make = commands.add_parser("make", help="make a tile")
+    make = commands.add_parser("make", parents=[summary], help="make a tile")
     make.add_argument("--size", type=int, default=64, help="side of the tile in pixels (default %(default)s)")
     make.add_argument("--dims", default=",".join(DIMENSIONS[:5]), help="names, comma-separated (default %(default)s)")
     make.add_argument("--method", choices=METHODS, default="spectral", help="default %(default)s")
@@ -48,7 +51,7 @@ def _parser(program):
     make.add_argument("--out", required=True, help="file to write, .npz or .exr")
     make.set_defaults(run=_make)
 
-    info = commands.add_parser("info", help="say what a tile holds and how it was made")
+    info = commands.add_parser("info", parents=[summary], help="say what a tile holds and how it was made")
     info.add_argument("file")
     info.set_defaults(run=_info)
 
@@ -68,7 +71,9 @@ def _parser(program):
     analyse.add_argument("file")
     analyse.set_defaults(run=_analyse)
 
-    plot = commands.add_parser("plot", help="draw a tile's values, spectra, marginals and neighbourhoods")
+    plot = commands.add_parser(
+        "plot", parents=[summary], help="draw a tile's values, spectra, marginals and neighbourhoods"
+    )
     plot.add_argument("file")
     plot.add_argument("--out", help="beginning of the pictures' names (default: the tile's, without its ending)")
     plot.set_defaults(run=_plot)
@@ -123,6 +128,7 @@ def _make(options, progress):
     check_path(options.out)
     tile = make_tile(options.method, options.size, dims, options.seed, options.samples, progress, **parameters)
     save_tile(tile, options.out)
+    return {"files": [options.out]}
 
 
 def _info(options, progress):
@@ -130,6 +136,7 @@ def _info(options, progress):
     print(f"{tile.size} x {tile.size} pixels, {tile.samples} sample(s), dimensions {', '.join(tile.dims)}")
     for key, value in sorted(tile.metadata.items()):
         print(f"{key}: {value if isinstance(value, str) else json.dumps(value)}")
+    return {"size": tile.size, "samples": tile.samples, "dims": tile.dims, "metadata": dict(tile.metadata)}
 
 
 def _print(lines):
@@ -166,14 +173,36 @@ def _analyse(options, progress):
 
 def _plot(options, progress):
     stem = options.out or Path(options.file).with_suffix("")
-    _print(map(str, save_figures(load_tile(options.file), stem)))
+    files = [str(file) for file in save_figures(load_tile(options.file), stem)]
+    _print(files)
+    return {"files": files}
 
 
 def _library(options, progress):
     make_library(options.out, options.only and options.only.split(","), progress)
 
 
-def main(arguments=None, program="python -m generator"):
+def write_summary(summary, path):
+    """Write a summary of a command as JSON.
+
+    Parameters
+    ----------
+    summary : dict
+    path : str or None
+        "-" is standard output; None is nowhere.
+
+    Raises
+    ------
+    OSError
+        If the file cannot be written.
+    """
+    if path == "-":
+        print(json.dumps(summary), flush=True)
+    elif path is not None:
+        Path(path).write_text(json.dumps(summary), encoding="utf-8")
+
+
+def main(arguments=None, program="python -m generator", tell=None):
     """Run the command line and return its exit code.
 
     Parameters
@@ -182,20 +211,34 @@ def main(arguments=None, program="python -m generator"):
         Instead of ``sys.argv[1:]``.
     program : str
         What the help calls it.
+    tell : callable, optional
+        Is given the part of a tile that is made, 0 to 1.
 
     Returns
     -------
     int
         0, or 2 after bad input (one line on standard error), or 130 after Ctrl-C (no partial file).
     """
-    progress = ProgressBar(sys.stderr)
+    start = time.perf_counter()
+    progress = ProgressBar(sys.stderr, tell=tell)
+    summary, target = {}, None
     try:
         options = _parser(program).parse_args(arguments)
-        options.run(options, progress)
+        summary["command"], target = options.command, getattr(options, "json", None)
+        summary |= options.run(options, progress) or {}
+        code = 0
     except (ValueError, OSError, MemoryError) as error:
-        print(f"generator: {' '.join(str(error).split()) or 'not enough memory'}", file=sys.stderr)
-        return EXIT_BAD_INPUT
+        summary["error"] = " ".join(str(error).split()) or "not enough memory"
+        code = EXIT_BAD_INPUT
     except KeyboardInterrupt:
-        print(f"\ngenerator: interrupted {progress.reached()}, nothing half done is left", file=sys.stderr)
-        return EXIT_INTERRUPTED
-    return 0
+        summary["error"] = f"interrupted {progress.reached()}, nothing half done is left"
+        code = EXIT_INTERRUPTED
+    if code:
+        print("\n" * (code == EXIT_INTERRUPTED) + f"generator: {summary['error']}", file=sys.stderr)
+    summary["seconds"] = round(time.perf_counter() - start, 3)
+    try:
+        write_summary(summary, target)
+    except OSError as error:
+        print(f"generator: {error}", file=sys.stderr)
+        code = EXIT_BAD_INPUT
+    return code

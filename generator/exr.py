@@ -18,8 +18,8 @@ _ATTRIBUTE = "spectral_tiles"
 _CHANNEL = re.compile(r"(?:s([1-9]\d*)\.)?(.+)")
 
 
-def _open_image_io():
-    """Import Blender's own OpenImageIO.
+def open_image_io():
+    """Import Blender's own OpenImageIO; raises ValueError if there is none.
 
     Blender puts it on the path; its wheel on PyPI carries it in a folder that is not. A second copy from PyPI must not
     be installed beside it: both register the same types, and Blender's then fails.
@@ -47,7 +47,7 @@ def write(path, dims, values, metadata):
     metadata : str
         JSON text.
     """
-    oiio = _open_image_io()
+    oiio = open_image_io()
     size, _, samples, count = values.shape
     spec = oiio.ImageSpec(size, size, samples * count, "float")
     spec.channelnames = tuple(name if k == 0 else f"s{k}.{name}" for k in range(samples) for name in dims)
@@ -98,7 +98,7 @@ def read(path):
     ValueError
         If it is not a square image, is truncated, or lacks the named channels.
     """
-    oiio = _open_image_io()
+    oiio = open_image_io()
     image = oiio.ImageInput.open(str(path))
     if image is None:
         raise ValueError(f"{path}: expected an EXR image, got a file that cannot be read ({oiio.geterror()})")

@@ -12,19 +12,24 @@ class ProgressBar:
         Where to write; nothing is written unless it is a terminal.
     interval : float
         Seconds between two updates.
+    tell : callable, optional
+        Is given the part that is done, 0 to 1, at every call.
     """
 
     WIDTH = 30
 
-    def __init__(self, stream, interval=0.2):
+    def __init__(self, stream, interval=0.2, tell=None):
         self.stream = stream
         self.interval = interval
+        self.tell = tell
         self.done, self.total = 0, 1
         self._start = self._shown = time.monotonic()
 
     def __call__(self, done, total):
         """Record that `done` of `total` steps are made."""
         self.done, self.total = done, total
+        if self.tell is not None:
+            self.tell(done / total)
         now = time.monotonic()
         if self.stream.isatty() and (now - self._shown >= self.interval or done == total):
             self._shown = now

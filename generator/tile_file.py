@@ -21,11 +21,13 @@ def check_path(path):
     Raises
     ------
     ValueError
-        If the name does not end in ``.npz`` or ``.exr``.
+        If the name does not end in ``.npz`` or ``.exr``, or there is no module that writes EXR images.
     OSError
         If there is no such folder, or the path is a folder itself.
     """
     path = _with_known_suffix(path)
+    if path.suffix.lower() == ".exr":
+        exr.open_image_io()
     check_writable(path)
     return path
 

@@ -3,6 +3,11 @@
 
 import json
 import re
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
 
 import bpy
 import numpy as np
@@ -22,6 +27,9 @@ def scene_file(tmp_path):
     path = tmp_path / "scene.blend"
     bpy.ops.wm.save_as_mainfile(filepath=str(path))
     return str(path)
+
+
+ROOT = Path(__file__).parents[2]
 
 
 def run(*arguments):
@@ -49,6 +57,11 @@ def test_render(scene_file, tmp_path, capfd):
 def test_render_where_the_scene_says(scene_file, tmp_path):
     assert run("render", scene_file, "--frames", "all", "--output", tmp_path / "f") == command.DONE
     assert sorted(path.name for path in tmp_path.glob("f*")) == ["f0001.png", "f0002.png", "f0003.png"]
+
+
+def test_frames_of_a_path_with_an_ending(scene_file, tmp_path):
+    assert run("render", scene_file, "--frames", "2-3", "--output", tmp_path / "f.png") == command.DONE
+    assert sorted(path.name for path in tmp_path.glob("f*")) == ["f0002.png", "f0003.png"]
 
 
 def test_compare(scene_file, tmp_path, capfd):
@@ -79,7 +92,9 @@ def test_comparison_measures_known_errors():
 def test_a_refused_render_is_one_line_and_code_1(scene_file, tmp_path, capfd):
     summary = tmp_path / "summary.json"
     output = tmp_path / "out" / "picture.png"
-    refused = ("render", scene_file, "--output", output, "--tile", tmp_path / "none.npz", "--json", summary)
+    tile = tmp_path / "none.npz"
+    tile.write_text("no tile")
+    refused = ("render", scene_file, "--output", output, "--tile", tile, "--json", summary)
     assert run(*refused) == command.FAILED
     errors = [line for line in capfd.readouterr().err.splitlines() if line.startswith("spectral_tiles: ")]
     assert len(errors) == 1 and "none.npz" in errors[0]
@@ -95,6 +110,56 @@ def test_failures_are_code_1(scene_file, tmp_path):
     assert run("render", scene_file, "--layer", "1/4", "--samples", "2") == command.FAILED
     assert run("render", scene_file, "--output", scene_file + "/picture.png") == command.FAILED
     assert run("merge", tmp_path / "picture.exr") == command.FAILED
+    assert run("render", scene_file, "--tile", "no such tile") == command.FAILED
+
+
+def test_only_openexr_is_merged(scene_file, tmp_path, capfd):
+    for layer in ("1/2", "2/2"):
+        output = tmp_path / "picture.exr"
+        assert run("render", scene_file, "--samples", "2", "--layer", layer, "--output", output) == command.DONE
+    assert run("merge", tmp_path / "merged.png", *tmp_path.glob("picture_layer*.exr")) == command.FAILED
+    assert "OpenEXR" in capfd.readouterr().err and not (tmp_path / "merged.png").exists()
+
+
+def test_a_refused_comparison_renders_nothing(scene_file, tmp_path):
+    assert run("compare", scene_file, "--out", tmp_path / "out", "--tile", __file__) == command.FAILED
+    assert not (tmp_path / "out").exists()
+
+
+@pytest.mark.parametrize("error", [MemoryError(), ZeroDivisionError("division"), ValueError("two\nlines")])
+def test_a_mistake_of_ours_is_one_line_too(scene_file, tmp_path, monkeypatch, capfd, error):
+    def fail(*_):
+        raise error
+
+    monkeypatch.setattr(command.still, "render", fail)
+    assert run("render", scene_file, "--json", tmp_path / "summary.json") == command.FAILED
+    lines = capfd.readouterr().err.splitlines()
+    assert len(lines) == 1 and json.loads((tmp_path / "summary.json").read_text())["error"] in lines[0]
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_interrupted_while_cycles_renders(scene_file, tmp_path, number):
+    """It ends at once, in one line, and leaves nothing but the summary."""
+    folder, summary = tmp_path / "out", tmp_path / "summary.json"
+    line = ["render", scene_file, "--samples", "4096", "--percentage", "300", "--output", folder / "picture.exr"]
+    program = [sys.executable, "-c", "from addon import command; command.main()", *line, "--json", summary]
+    # A shell's background job ignores interrupts, and so would what it starts.
+    process = subprocess.Popen(
+        program,
+        cwd=ROOT,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.default_int_handler),
+    )
+    assert any(line == "openjd_progress: 0\n" for line in process.stdout)
+    time.sleep(1.0)  # by now Cycles renders, which would take a minute
+    process.send_signal(number)
+    _, errors = process.communicate(timeout=20)
+    assert process.returncode == command.INTERRUPTED
+    assert errors.splitlines() == ["spectral_tiles: interrupted"]
+    assert json.loads(summary.read_text())["error"] == "interrupted"
+    assert list(folder.iterdir()) == []
 
 
 @pytest.mark.parametrize(
@@ -105,7 +170,11 @@ def test_failures_are_code_1(scene_file, tmp_path):
         ["render"],
         ["render", "missing.blend"],
         ["render", __file__, "--samples", "0"],
+        ["render", __file__, "--samples", "many"],
         ["render", __file__, "--seed", "-1"],
+        ["render", __file__, "--seed", "99999999999"],
+        ["render", __file__, "--percentage", "99999999999"],
+        ["render", __file__, "--frames", "1-99999999999"],
         ["render", __file__, "--frames", "4-1"],
         ["render", __file__, "--frames", "x"],
         ["render", __file__, "--layer", "5/4"],
@@ -116,8 +185,9 @@ def test_failures_are_code_1(scene_file, tmp_path):
         ["tile"],
     ],
 )
-def test_wrong_use_is_code_2(arguments):
+def test_wrong_use_is_one_line_and_code_2(arguments, capfd):
     assert run(*arguments) == command.WRONG_USE
+    assert len(capfd.readouterr().err.splitlines()) == 1
 
 
 def test_help_and_tiles(tmp_path, capsys):
@@ -125,6 +195,11 @@ def test_help_and_tiles(tmp_path, capsys):
         assert run(*arguments) == command.DONE
         assert "usage: blender --command spectral_tiles" in capsys.readouterr().out
     tile = tmp_path / "tile.npz"
-    assert run("tile", "make", "--size", "8", "--method", "white", "--dims", "t", "--out", tile) == command.DONE
+    make = ("tile", "make", "--size", "8", "--steps", "50", "--dims", "t", "--out", tile, "--json", "-")
+    assert run(*make) == command.DONE
+    printed = capsys.readouterr().out
+    percents = [int(number) for number in re.findall(r"^openjd_progress: (\d+)$", printed, re.MULTILINE)]
+    assert percents == sorted(set(percents)) and len(percents) > 10 and percents[-1] == 100
+    assert json.loads(printed.splitlines()[-1])["files"] == [str(tile)]
     assert run("tile", "info", tile) == command.DONE
     assert "8 x 8 pixels" in capsys.readouterr().out

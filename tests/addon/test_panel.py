@@ -51,18 +51,21 @@ def test_what_the_scene_uses_in_words(used, sentence):
 def test_forecast_follows_the_scene():
     scene = build_scene()
     scene.cycles.max_bounces = 0
-    assert forecast.uses(bpy.context.view_layer) == "1 light"
+    layer = bpy.context.view_layer
+    assert forecast.uses(scene, layer) == "1 light: using Cycles' own samples, arranged for these"
     rendering.add_light("POINT", 10, (0, 0, 2))
     bpy.context.view_layer.update()
     scene.render.use_motion_blur = True
-    assert forecast.uses(bpy.context.view_layer) == "Motion blur and 2 lights"
+    for tile, name in (("SPECTRAL", "motion-lights-1"), ("SPECTRAL_64", "spectral_64"), ("FILE", "mine.npz")):
+        scene.spectral_tiles.tile, scene.spectral_tiles.tile_path = tile, "//tiles/mine.npz"
+        assert forecast.uses(scene, layer) == f"Motion blur and 2 lights: using tile {name}"
 
 
 def test_forecast_counts_only_after_a_change(monkeypatch):
-    build_scene()
-    forecast.uses(bpy.context.view_layer)
+    scene = build_scene()
+    forecast.uses(scene, bpy.context.view_layer)
     monkeypatch.setattr(analysis, "emitters", lambda depsgraph: pytest.fail("counted again"))
-    forecast.uses(bpy.context.view_layer)
+    forecast.uses(scene, bpy.context.view_layer)
 
 
 def test_forecast_tells_every_refusal():
@@ -102,9 +105,11 @@ def test_forecast_tells_of_the_shading():
 
 def test_forecast_tells_the_driver_and_why(monkeypatch):
     scene = build_scene()
-    assert "One Cycles render" in forecast.render_calls(scene)
+    assert forecast.render_calls(scene).startswith("Gather, the faster driver: one Cycles render")
+    scene.spectral_tiles.driver = "GATHER"
+    assert forecast.render_calls(scene).startswith("Gather: one Cycles render")
     scene.spectral_tiles.driver = "SUBRENDER"
-    assert "small Cycles renders" in forecast.render_calls(scene)
+    assert "Sub-renders: 256 small Cycles renders" in forecast.render_calls(scene)
     scene.spectral_tiles.driver = "AUTO"
     monkeypatch.setattr(driver.cycles, "with_osl", lambda: False)
     assert "no Open Shading Language" in forecast.render_calls(scene)
@@ -147,10 +152,20 @@ def test_presets():
     scene = build_scene()
     found = preset_files()
     seen = {}
+    settings = scene.spectral_tiles
     for name in ("Preview.py", "Animation.py", "Final.py"):
+        settings.control_variates, settings.filter, settings.adaptive = False, "BOX", "BUDGET"
         bpy.ops.script.execute_preset(filepath=found[name], menu_idname="SPECTRAL_TILES_PT_presets")
-        seen[name] = (scene.spectral_tiles.samples, scene.cycles.use_animated_seed)
+        seen[name] = (settings.samples, scene.cycles.use_animated_seed)
+        assert (settings.control_variates, settings.filter, settings.adaptive) == (True, "AS_CYCLES", "OFF")
     assert seen == {"Preview.py": (1, False), "Animation.py": (4, True), "Final.py": (16, False)}
+
+
+def test_own_presets_keep_every_setting_but_the_seed():
+    kept = set(bpy.types.SPECTRAL_TILES_OT_preset_add.preset_values)
+    settings = {prop.identifier for prop in build_scene().spectral_tiles.bl_rna.properties}
+    missing = {name for name in settings if f"settings.{name}" not in kept}
+    assert missing == {"rna_type", "name", "seed"}
 
 
 def test_comparison_fills_two_slots(tmp_path):
@@ -238,11 +253,16 @@ def test_forecast_tells_what_a_frame_costs(monkeypatch):
     """A plan's time follows the pixels, and the frames of a group that it holds; its memory the pixels."""
     scene = build_scene(1000)
     monkeypatch.setattr(plan.memory, "pace", 5e-6)
-    assert forecast.overhead(scene) == "Adds about 0:05 once for frames of this size, and up to 240 MB of memory"
+    assert forecast.overhead(scene) == "Adds about 5 s once for frames of this size, and up to 240 MB of memory"
     scene.cycles.use_animated_seed = True
-    assert "about 0:20 once" in forecast.overhead(scene)
+    assert "about 20 s once" in forecast.overhead(scene)
     scene.render.resolution_percentage = 10
     assert forecast.overhead(scene) == "Adds less than a second a frame, and up to 210 MB of memory"
+
+
+@pytest.mark.parametrize(("seconds", "words"), [(8, "8 s"), (128, "2 min 8 s"), (7500, "2 h 5 min")])
+def test_durations(seconds, words):
+    assert progress.duration(seconds) == words
 
 
 def test_pace_of_plans_is_measured(monkeypatch):
@@ -258,11 +278,11 @@ def test_forecast_tells_how_long_sub_renders_take(monkeypatch):
     scene = build_scene()
     scene.spectral_tiles.driver = "SUBRENDER"
     monkeypatch.setattr(progress.Progress, "pace", None)
-    assert "256 small" in forecast.render_calls(scene) and "0:01 at least" in forecast.overhead(scene)
+    assert "256 small" in forecast.render_calls(scene) and "1 s at least" in forecast.overhead(scene)
     scene.spectral_tiles.samples = 1
     bpy.ops.render.render()
     assert 0.0 < progress.Progress.pace < 5.0
     progress.Progress.pace = 0.5
-    assert "about 2:08" in forecast.overhead(scene)
+    assert "about 2 min 8 s" in forecast.overhead(scene)
     scene.spectral_tiles.samples = 32
-    assert "512 small" in forecast.render_calls(scene) and "about 4:16" in forecast.overhead(scene)
+    assert "512 small" in forecast.render_calls(scene) and "about 4 min 16 s" in forecast.overhead(scene)

@@ -1,6 +1,7 @@
 """The command line: what it writes, and how it refuses."""
 
 import _thread
+import json
 import signal
 
 import numpy as np
@@ -133,6 +134,19 @@ def test_single_layers_are_tested(tmp_path, capsys):
     arguments = ["test", str(tmp_path / "a.npz"), "--functions", "10", "--sigmas", "0,3"]
     assert cli.main([*arguments, "--layers", "1,2"]) == 0
     assert capsys.readouterr().out.split()[:4] == ["sigma", "0", "sigma", "3"]
+
+
+def test_summaries(tmp_path, capsys):
+    made, bad = tmp_path / "a.npz", tmp_path / "bad.npz"
+    make(made, "--dims", "t,lens.u")
+    assert cli.main(["info", str(made), "--json", str(tmp_path / "info.json")]) == 0
+    told = json.loads((tmp_path / "info.json").read_text())
+    assert told["dims"] == ["t", "lens.u"] and told["metadata"]["format_version"] == 1 and told["command"] == "info"
+    bad.write_text("hello")
+    capsys.readouterr()
+    assert cli.main(["info", str(bad), "--json", "-"]) == 2
+    assert "bad.npz" in json.loads(capsys.readouterr().out)["error"]
+    assert cli.main(["info", str(made), "--json", str(tmp_path / "none" / "a.json")]) == 2
 
 
 def test_an_interrupt_says_what_was_reached_and_leaves_no_file(tmp_path, monkeypatch, capsys):

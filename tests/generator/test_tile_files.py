@@ -1,5 +1,8 @@
 """Tiles survive a round trip through files; bad tiles and bad files are refused with a reason."""
 
+import re
+from pathlib import Path
+
 import numpy as np
 import pytest
 
@@ -99,3 +102,25 @@ def test_an_interrupted_write_leaves_the_old_file_and_nothing_else(tmp_path):
         raise KeyboardInterrupt
     assert path.read_text() == "old"
     assert list(tmp_path.iterdir()) == [path]
+
+
+def test_the_example_of_the_documentation_runs(tmp_path, monkeypatch):
+    """Images become a tile with the middles of their levels' strata, turned upside down."""
+    pytest.importorskip("bpy")
+    from addon import openimageio
+
+    oiio = openimageio.load()
+    monkeypatch.chdir(tmp_path)
+    levels = np.random.default_rng(4).integers(0, 256, (4, 8, 8, 2), dtype=np.uint8)
+    for k in range(4):
+        image = oiio.ImageOutput.create(f"texture_{k}.png")
+        spec = oiio.ImageSpec(8, 8, 2, "uint8")
+        spec.attribute("oiio:UnassociatedAlpha", 1)
+        assert image.open(f"texture_{k}.png", spec)
+        assert image.write_image(levels[k]) and image.close()
+    text = (Path(__file__).parents[2] / "docs/tile_format.md").read_text(encoding="utf-8")
+    (example,) = re.findall(r"```python\n(.*?)```", text, re.DOTALL)
+    exec(example, {})
+    tile = load_tile("texture.npz")
+    assert tile.dims == ("light.u", "light.v")
+    np.testing.assert_allclose(tile.values[::-1].transpose(2, 0, 1, 3), (levels + 0.5) / 256, rtol=1e-6)

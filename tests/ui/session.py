@@ -128,7 +128,7 @@ def panel():
     yield from idle(1)
     shoot("panel_tile")
     icons = module("tile_picture").icons(module("library").tile(scene.spectral_tiles))
-    note(uses=forecast.uses(layer), refusals=forecast.refusals(scene, layer), icons=icons)
+    note(uses=forecast.uses(scene, layer), refusals=forecast.refusals(scene, layer), icons=icons)
     note(overhead=forecast.overhead(scene))
     scene.spectral_tiles.tile = "AUTO"
     # As it is where there is Open Shading Language, which Debian's Blender lacks.

@@ -70,13 +70,11 @@ def test_installed_through_the_preferences(facts):
 
 
 def test_panel_tells_what_the_scene_uses(facts):
-    assert facts["uses"] == "Motion blur, lens, 2 lights and indirect light"
+    assert facts["uses"] == "Motion blur, lens, 2 lights and indirect light: using tile spectral_64"
 
 
 def test_panel_tells_how_long_it_takes(facts):
-    assert facts["overhead"].startswith("They take") and facts["overhead_of_gather"].startswith(
-        "Adds less than a second"
-    )
+    assert facts["overhead"].startswith("Takes") and facts["overhead_of_gather"].startswith("Adds less than a second")
 
 
 def test_panel_tells_that_a_camera_is_refused(facts):
@@ -210,3 +208,27 @@ def test_rendered_on_the_command_line(root, home):
     done = window.run(root, home, "blender", "-b", "good.blend", "-E", "SPECTRAL_TILES", "-f", "1")
     assert done.returncode == 0 and "ERROR" not in done.stdout, done.stdout
     assert picture(home / "picture_0001.png").shape == (32, 32, 3)
+
+
+def command(root, home, *arguments, before=()):
+    """Exit code of our command, and the lines that it wrote by itself."""
+    done = window.run(root, home, *before, "blender", "--command", "spectral_tiles", *arguments)
+    return done.returncode, [line for line in done.stdout.splitlines() if line.startswith("spectral_tiles: ")]
+
+
+def test_command(root, home):
+    """Exit codes, one line for what is wrong, and nothing left behind."""
+    assert command(root, home, "render", "good.blend", "--output", "made.png") == (0, [])
+    assert picture(home / "made.png").shape == (32, 32, 3)
+    for code, arguments in ((1, ["render", "custom_camera.blend"]), (2, ["render", "none.blend"]), (2, [])):
+        found, lines = command(root, home, *arguments)
+        assert found == code and len(lines) == 1
+    assert not list(home.glob("blender_*"))
+
+
+def test_command_is_interrupted(root, home):
+    """Ctrl-C while Cycles renders: hours, if it were not heeded."""
+    interrupt = ("timeout", "--preserve-status", "-s", "INT", "4")
+    render = ["render", "good.blend", "--samples", "1024", "--percentage", "5000", "--output", "stopped/frame.png"]
+    assert command(root, home, *render, before=interrupt) == (130, ["spectral_tiles: interrupted"])
+    assert list((home / "stopped").iterdir()) == []

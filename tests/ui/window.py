@@ -61,5 +61,5 @@ def run_session(root, archive, results):
         blender = ["blender", "--factory-startup", "--gpu-backend", "opengl", "-P", "session.py"]
         (results / "log.txt").write_text(run(root, folder, *display, *blender).stdout)
         for made in folder.iterdir():
-            if made.suffix in {".exr", ".json", ".png"}:
+            if made.suffix in {".exr", ".json", ".png", ".txt"}:
                 shutil.copy(made, results)

@@ -1,0 +1,79 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Ctrl-C on the command line, and what it must not leave behind.
+
+While Cycles renders no Python runs in the main thread, so neither would Python's handler of signals; and where one runs
+inside the engine, an exception would go through Blender, which does not survive it.  So a thread waits for the signal,
+and ends the process.
+"""
+
+import contextlib
+import os
+import shutil
+import signal
+import sys
+import tempfile
+import threading
+
+import bpy
+
+# Sent by Ctrl-C, and by farms that cancel a task.
+_SIGNALS = (signal.SIGINT, signal.SIGTERM)
+
+_unfinished = set()
+
+
+@contextlib.contextmanager
+def unfinished(folder):
+    """A folder inside `folder` for files that are not complete yet, gone with them afterwards, and at Ctrl-C."""
+    with tempfile.TemporaryDirectory(prefix=".spectral_tiles_", dir=folder) as inside:
+        _unfinished.add(inside)
+        try:
+            yield inside
+        finally:
+            _unfinished.remove(inside)
+
+
+@contextlib.contextmanager
+def ends_with(finish):
+    """Inside a `with` block of the main thread, Ctrl-C ends the process at once.
+
+    Parameters
+    ----------
+    finish : callable
+        Called in the end, in another thread; returns the exit code.
+    """
+    told, tell = os.pipe()
+    os.set_blocking(tell, False)
+    before = {number: signal.signal(number, lambda *_: None) for number in _SIGNALS}
+    wakeup = signal.set_wakeup_fd(tell, warn_on_full_buffer=False)
+
+    def wait():
+        # At the end of the block there is nothing more to read.
+        while number := os.read(told, 1):
+            if number[0] in _SIGNALS:
+                _end(finish)
+
+    waiting = threading.Thread(target=wait, name="Ctrl-C", daemon=True)
+    waiting.start()
+    try:
+        yield
+    finally:
+        signal.set_wakeup_fd(wakeup)
+        for number, handler in before.items():
+            # None is a handler that Python does not know, such as Blender's.
+            signal.signal(number, signal.SIG_DFL if handler is None else handler)
+        os.close(tell)
+        waiting.join()
+        os.close(told)
+
+
+def _end(finish):
+    code = 1
+    try:
+        code = finish()
+        for folder in (*_unfinished, bpy.app.tempdir):
+            shutil.rmtree(folder, ignore_errors=True)
+        sys.stdout.flush()
+        sys.stderr.flush()
+    finally:
+        os._exit(code)
