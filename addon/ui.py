@@ -64,7 +64,7 @@ class SPECTRAL_TILES_PT_sampling(bpy.types.Panel):
             layout.prop(settings, "filter_c")
         if settings.tile == "AUTO":
             row = layout.row()
-            row.active = settings.samples <= MOST_SAMPLES and not context.scene.cycles.use_sample_subset
+            row.active = settings.samples <= MOST_SAMPLES or settings.filter != "AS_CYCLES"
             row.prop(settings, "control_variates")
         row = layout.row(align=True)
         row.prop(settings, "seed")
