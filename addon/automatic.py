@@ -126,8 +126,7 @@ def make(use, region, samples, seed, frame=None, is_cancelled=lambda: False):
     frames = 1 if frame is None else GROUP
     key = (chosen, region, samples, 0 if is_large else first_seed, frames)
     plan = memory.get(key, lambda: _arrange(*key, is_cancelled))[place]
-    if not is_large:
-        return plan
+    # Where nothing is beyond, samples find other places than in the middle; so any place may be there.
     return plan.moved(*np.random.default_rng((seed, group % 2**32)).integers(0, region.size))
 
 

@@ -97,7 +97,7 @@ def arranged(use, samples, seed, frame=None):
     count = shared_sequence.length(cells * samples)
     shares = automatic.shares(use)
     dims = {name for groups, _ in shares for name in itertools.chain(*groups)}
-    _, first_seed, place = automatic.place_in_group(seed, frame)
+    group, first_seed, place = automatic.place_in_group(seed, frame)
     order, error_modes, before = _curve(side(samples)), None, None
     for cycles_seed in range(first_seed, first_seed + place + 1):
         if shares:
@@ -110,7 +110,9 @@ def arranged(use, samples, seed, frame=None):
             features = np.stack(list(modes.features(error_modes, numbers)), axis=-1)
             order = _placed(features, side(samples), before)
             before = (0.0 if before is None else before) + np.float32(automatic.WEIGHT) * features[order]
-    return _plan(order.reshape(side(samples), -1), samples, cycles_seed, count)
+    # Whatever the arrangement prefers somewhere, any cell may be there.
+    moved = np.random.default_rng((seed, group % 2**32)).integers(0, side(samples), 2)
+    return _plan(np.roll(order.reshape(side(samples), -1), moved, axis=(0, 1)), samples, cycles_seed, count)
 
 
 def following(tile, dims, samples, seed):

@@ -1,12 +1,13 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Plans are permutations, keep Cycles' blocks together, and lower the visible error."""
 
+import itertools
 import tracemalloc
 
 import numpy as np
 import pytest
 
-from addon import automatic, cell_plan, cycles_random, plan, shared_sequence, tile_plan
+from addon import automatic, cell_plan, cycles_random, modes, plan, shared_sequence, tile_plan
 from addon.analysis import SceneUse
 from addon.failure import Cancelled
 from addon.matching import match
@@ -42,19 +43,28 @@ def test_every_film_pixel_is_served_once(size, samples):
     assert np.array_equal(np.sort(made.film), np.arange(size[0] * size[1]))
 
 
+def cut(grid, side, start):
+    """A periodic grid's blocks of `side` x `side` that start at one corner: (blocks, side * side, ...)."""
+    moved = np.roll(grid, tuple(-corner for corner in start), axis=(0, 1))
+    rows, columns = (length // side for length in grid.shape[:2])
+    return moved.reshape(rows, side, columns, side, *grid.shape[2:]).swapaxes(1, 2).reshape(rows * columns, side**2, -1)
+
+
 def test_blocks_of_the_sequence_stay_together():
-    """Each aligned 2 x 2, 4 x 4, ... block of the film shows one block of consecutive points."""
+    """Each 2 x 2, 4 x 4, ... block of the film, wherever they start, shows one block of consecutive points."""
     side = 64
     made = automatic.make(MOTION, region(side, side), 1, seed=1)
     y, x = np.mgrid[0:side, 0:side]
     on_film = np.empty(side * side, np.uint32)
     on_film[made.film] = cycles_random.pixel_ranks(x, y, made.seed).ravel()
-    for level in (1, 2, 3):
-        block = 2**level
-        ranks = on_film.reshape(side // block, block, side // block, block).transpose(0, 2, 1, 3).reshape(-1, block**2)
-        assert (np.ptp(ranks >> np.uint32(2 * level), axis=1) == 0).all()
+    on_film = on_film.reshape(side, side)
+
+    def are_together(start):
+        return all((np.ptp(cut(on_film, 2**k, start) >> np.uint32(2 * k), axis=1) == 0).all() for k in (1, 2, 3))
+
+    (start,) = filter(are_together, itertools.product(range(8), repeat=2))
     # Points 2k and 2k + 1 share an edge.
-    quads = on_film.reshape(32, 2, 32, 2).transpose(0, 2, 1, 3).reshape(-1, 4)
+    quads = cut(on_film, 2, start)[..., 0]
     assert (quads[:, 0] ^ quads[:, 3] != 1).all()
 
 
@@ -106,6 +116,19 @@ def test_large_regions_reuse_one_plan():
     assert np.array_equal(np.sort(second.film), np.arange(512 * 300))
 
 
+def test_pixels_at_the_edge_see_all_numbers_alike():
+    """Over many plans they get no number more often than others, though nothing is arranged beyond them."""
+    lights = SceneUse(motion_blur=False, lens=False, lights=2, bounces=False, glow=False)
+    seen, everywhere, wave = region(24, 24), (slice(None), slice(None)), (("light.u", 2),)
+    means = []
+    for seed in range(400):
+        draw = automatic.drawn(automatic.make(lights, seen, 2, 5 * seed), seen, 2)
+        (found,) = modes.waves([wave], draw(everywhere, [wave], 2, 0))
+        means.append((found[0].mean(), found[1].mean()))
+    error = np.mean(means, axis=0) / (np.std(means, axis=0) / len(means) ** 0.5)
+    assert np.abs(error).max() < 4.5
+
+
 def test_four_frames_complement_each_other():
     """The mean of a group of frames is bluer than that of frames that know nothing of each other."""
     side = 256
@@ -133,10 +156,8 @@ def test_cells_complement_each_other(samples):
     """Every point of the sequence is used once, and time makes less visible error than in Cycles' blue noise."""
     made = cell_plan.arranged(MOTION, samples, seed=4)
     assert np.array_equal(np.sort(made.offset, axis=None), np.arange(256))
-    blocks = np.sort(
-        made.offset.reshape(made.side // 2, 2, made.side // 2, 2 * samples).swapaxes(1, 2).reshape(-1, 4 * samples)
-    )
-    assert (np.ptp(blocks, axis=1) == 4 * samples - 1).all()
+    starts = itertools.product(range(2), repeat=2)
+    assert any((np.ptp(cut(made.offset, 2, start), axis=(1, 2)) == 4 * samples - 1).all() for start in starts)
     assert np.array_equal(made.offset[..., 1:] - made.offset[..., :-1], np.ones_like(made.offset[..., 1:]))
     if samples == 1:
         side = 64
