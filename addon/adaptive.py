@@ -25,6 +25,8 @@ _LUMINANCE = np.array((0.2126, 0.7152, 0.0722), np.float32)
 
 # Neighbours weigh in by a Gaussian of this many pixels: a sample or two of each tell little.
 _SIGMA = 4.0
+_KERNEL = np.exp(-0.5 * (np.arange(-3.0 * _SIGMA, 3.0 * _SIGMA + 1.0) / _SIGMA) ** 2).astype(np.float32)
+_KERNEL /= _KERNEL.sum()
 
 # Share of the picture's mean variance that every pixel is credited with: neighbours may be silent by chance.
 _DOUBT = 0.1
@@ -115,7 +117,11 @@ def levels_in_budget(picture, rates):
 
 
 def levels_over_threshold(picture, threshold):
-    """Level 2 where the contrast of the eight neighbours exceeds a threshold, 1 elsewhere.
+    """Level 2 where the contrast of eight pixels around exceeds a threshold, 1 elsewhere.
+
+    Contrast is Mitchell's, (brightest - darkest) / (brightest + darkest), but it must not tell about the pixel itself.
+    In a good pattern the next neighbours of a bright pixel are dark, and those two pixels away bright: the eight are a
+    knight's move away.  And their sum would tell by its sign: it is twice the mean of a wider neighbourhood.
 
     Parameters
     ----------
@@ -128,13 +134,16 @@ def levels_over_threshold(picture, threshold):
     -------
     int8 array, shape (height, width)
     """
-    padded = np.pad(
-        picture[..., :3], ((1, 1), (1, 1), (0, 0)), mode="reflect" if min(picture.shape[:2]) > 1 else "edge"
-    )
     height, width = picture.shape[:2]
-    around = [padded[y : y + height, x : x + width] for y in range(3) for x in range(3) if (y, x) != (1, 1)]
-    brightest, darkest = np.maximum.reduce(around), np.minimum.reduce(around)
-    contrast = (brightest - darkest) / np.maximum(brightest + darkest, 1e-6)
+    padded = np.pad(picture[..., :3], ((2, 2), (2, 2), (0, 0)), mode="reflect" if min(height, width) > 2 else "edge")
+    around = [
+        padded[y : y + height, x : x + width] for y in range(5) for x in range(5) if {abs(y - 2), abs(x - 2)} == {1, 2}
+    ]
+    difference = np.maximum.reduce(around) - np.minimum.reduce(around)
+    *sums, weight = _blurred(
+        np.concatenate([np.moveaxis(picture[..., :3], 2, 0), np.ones((1, height, width), np.float32)])
+    )
+    contrast = 0.5 * difference / np.maximum(np.stack(sums, axis=2) / weight[..., None], 1e-6)
     return np.where((contrast > threshold * _CONTRASTS).any(axis=2), 2, 1).astype(np.int8)
 
 
@@ -223,13 +232,16 @@ def _variance(picture):
 
 def _around(sums):
     """Weighted sums over all pixels' pairs but the pixel's own ones, which are in its sum and its neighbours'."""
-    reach = int(3.0 * _SIGMA)
-    kernel = np.exp(-0.5 * (np.arange(-reach, reach + 1) / _SIGMA) ** 2).astype(np.float32)
-    kernel /= kernel.sum()
-    blurred = sums
+    middle, next_to_it = _KERNEL[len(_KERNEL) // 2 :][:2]
+    return _blurred(sums) - middle * (middle + next_to_it) * sums
+
+
+def _blurred(planes):
+    """Gaussian of planes, (planes, height, width); nothing is beyond them."""
+    reach = len(_KERNEL) // 2
     for axis in (1, 2):
         margin = [(0, 0)] * 3
         margin[axis] = (reach, reach)
-        views = np.lib.stride_tricks.sliding_window_view(np.pad(blurred, margin), 2 * reach + 1, axis=axis)
-        blurred = views @ kernel
-    return blurred - kernel[reach] * (kernel[reach] + kernel[reach + 1]) * sums
+        views = np.lib.stride_tricks.sliding_window_view(np.pad(planes, margin), len(_KERNEL), axis=axis)
+        planes = views @ _KERNEL
+    return planes

@@ -178,12 +178,7 @@ def test_expectation_is_native_and_counts_keep_to_the_budget(tmp_path, chosen):
     assert count.mean(axis=0)[..., 0][noise > np.quantile(noise, 0.8)].mean() > 2.3
 
 
-# With THRESHOLD the mean was 0.3 % low (3 standard errors over 50 seeds) before noise was taken out, too.
-# Perhaps the plan, which makes neighbours of a bright pixel dark ones, lets their contrast know the pixel's sign.
-_BIASED = pytest.param("THRESHOLD", marks=pytest.mark.xfail(reason="biased, perhaps since neighbours differ"))
-
-
-@pytest.mark.parametrize("adapted", ["BUDGET", _BIASED])
+@pytest.mark.parametrize("adapted", ["BUDGET", "THRESHOLD"])
 def test_expectation_is_native_where_noise_is_known(tmp_path, adapted):
     """Several lights, of which a pixel knows which it chose, and a wide filter of Cycles' own."""
     scene = scene_with_a_shadow()
