@@ -43,7 +43,7 @@ _NEARNESS = np.exp(-(_AWAY**2) / 2.88).astype(np.float32)
 _TOGETHER, _PART = 2**15, 2**18
 
 # Pixels a side of the tiles, and how many of them, that tell which modes matter in the picture.
-_TILE, _TILES = 64, 16
+_TILE, _TILES = 64, 32
 
 # What differs from the mean over so many pixels to each side is noise.
 _REACH = 3
