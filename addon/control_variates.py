@@ -18,6 +18,7 @@ Estimation Rule and Its Competitors" (1973)).
 """
 
 import concurrent.futures
+import itertools
 import os
 from dataclasses import dataclass
 
@@ -38,12 +39,15 @@ _NEIGHBOURS = 2
 _AWAY = np.arange(-_NEIGHBOURS, _NEIGHBOURS + 1)
 _NEARNESS = np.exp(-(_AWAY**2) / 2.88).astype(np.float32)
 
-# Pixels of rows of blocks that are worked at together: few enough for a processor's cache.  And pixels that one thread
-# works at, which take some 100 bytes each.
-_TOGETHER, _PART = 2**15, 2**18
+# Pixels that are worked at together, which take some 500 bytes each: few, but enough that threads seldom meet.
+_TOGETHER = 2**16
 
-# Pixels a side of the tiles, and how many of them, that tell which modes matter in the picture.
-_TILE, _TILES = 64, 32
+# Pixels a side of the tiles, at most, that tell which modes matter in the picture; how many of them, and how many of
+# these are worked at together.
+_TILE, _TILES, _TILES_TOGETHER = 64, 32, 8
+
+# Pixels of each block of a tile that tell what modes have in common.
+_TELLING = 16
 
 # What differs from the mean over so many pixels to each side is noise.
 _REACH = 3
@@ -114,7 +118,7 @@ def without_noise(planes, numbers, candidates, period=0):
     """
     _, height, width = planes.shape
     processors = os.process_cpu_count() or 1
-    part = min(_whole_blocks(_PART // width), _whole_blocks(-(-height // processors)))
+    part = max(_whole_blocks(_TOGETHER // width), _whole_blocks(-(-height // processors)))
     # Blocks that are listened to, and the pixels around these.
     margin = (_NEIGHBOURS + 1) * _BLOCK
     result = planes.copy()
@@ -128,7 +132,7 @@ def without_noise(planes, numbers, candidates, period=0):
             def numbers_seen(rows):
                 return numbers((_moved(rows, seen.start), slice(None)), found.modes)
 
-            for rows, explained in _explained(planes[found.noisy, seen], numbers_seen, found):
+            for rows, explained in _explained(planes[:, seen], numbers_seen, found):
                 here = _moved(rows, seen.start)
                 kept = slice(max(here.start, own.start), min(here.stop, own.stop))
                 if kept.start < kept.stop:
@@ -186,19 +190,19 @@ class _Survey:
 
 def _survey(planes, numbers, candidates, listening, threads):
     """Find out in some tiles of the picture what explains most."""
-    _, height, width = planes.shape
-    corners = [(y, x) for y in range(0, height, _TILE) for x in range(0, width, _TILE)]
-    if len(corners) > _TILES:
-        corners = np.random.default_rng(0).permutation(corners)[:_TILES]
+    windows = list(itertools.product(*map(_tiles, planes.shape[1:])))
+    if len(windows) > _TILES:
+        windows = [windows[number] for number in np.random.default_rng(0).permutation(len(windows))[:_TILES]]
 
-    def look(corner):
-        window = tuple(slice(start, start + _TILE) for start in corner)
-        noise, size = _noise(planes[:, *window])
-        blocks = _Blocks(noise, size, numbers(window, candidates), candidates)
+    def look(some):
+        drawn = [numbers(window, candidates) for window in some]
+        drawn = {name: np.stack([each[name] for each in drawn]) for name in drawn[0]}
+        noise, size = _noise(np.stack([planes[:, *window] for window in some]))
+        blocks = _Blocks(noise, size, drawn, candidates)
         score, _, _ = blocks.listen(None, None, listening)
-        return blocks.moments(), score.reshape(-1, *score.shape[2:])
+        return blocks.moments(), score.reshape(-1, *score.shape[-2:])
 
-    moments, scores = zip(*threads.map(look, corners), strict=True)
+    moments, scores = zip(*threads.map(look, itertools.batched(windows, _TILES_TOGETHER, strict=False)), strict=True)
     moments, scores = np.mean(moments, axis=0), np.concatenate(scores)
     least = _most_by_chance(listening.heard / len(scores), listening.heard / len(scores))
 
@@ -215,6 +219,14 @@ def _survey(planes, numbers, candidates, listening, threads):
     noisy = np.flatnonzero(found.any(axis=1))
     chosen = [candidates[number] for number in best] if noisy.size else []
     return _Survey(listening, chosen, basis.astype(np.float32), noisy, found[noisy])
+
+
+def _tiles(size):
+    """Equal parts of so many pixels, of whole blocks where they are not too few; some pixels may be left over."""
+    count = -(-size // _TILE)
+    side = size // count
+    side -= side % _BLOCK if side > _BLOCK else 0
+    return [slice(start, start + side) for start in range(0, count * side, side)]
 
 
 def _most_by_chance(squares, largest):
@@ -236,7 +248,7 @@ def _moved(rows, by):
 
 
 def _noise(planes):
-    """What differs from the pixels around, and how much does usually."""
+    """What differs from the pixels around, and how much does usually: (..., height, width) both."""
     noise = np.clip(np.nan_to_num(planes), -_BRIGHTEST, _BRIGHTEST)
     noise -= _mean_around(noise)
     return noise, np.sqrt(_mean_around(np.square(noise)))
@@ -245,14 +257,16 @@ def _noise(planes):
 def _explained(planes, numbers, survey):
     """For groups of rows of pixels, which follow each other, the noise in them that the modes explain."""
     _, height, width = planes.shape
-    noise, size = _noise(planes)
     group = _whole_blocks(_TOGETHER // width)
     below = waiting = None
     for top in range(0, height + group, group):
         blocks = None
         if top < height:
             rows = slice(top, min(top + group, height))
-            blocks = _Blocks(noise[:, rows], size[:, rows], numbers(rows), survey.modes)
+            # What the noise of these rows depends on.
+            seen = slice(max(0, top - 2 * _REACH), rows.stop + 2 * _REACH)
+            noise, size = (found[:, _moved(rows, -seen.start)] for found in _noise(planes[survey.noisy, seen]))
+            blocks = _Blocks(noise, size, numbers(rows), survey.modes)
         if waiting:
             yield slice(top - group, min(top, height)), waiting.explained(below, blocks, survey)
         below, waiting = waiting, blocks
@@ -261,32 +275,42 @@ def _explained(planes, numbers, survey):
 class _Blocks:
     """Some rows of blocks: what their pixels say of the modes' slopes.
 
-    All arrays start with (rows, columns).
+    Parameters
+    ----------
+    noise, size : float32 array, shape (..., planes, height, width)
+        Of `_noise`.
+    numbers : dict of str to uint8 array, shape (..., samples, height, width)
+    chosen : sequence of tuple
+        Modes.
     """
 
     def __init__(self, noise, size, numbers, chosen):
         self._shape = noise.shape
-        inside = _in_blocks(np.ones((1, *noise.shape[1:]), np.float32))
-        values = {name: np.moveaxis(_in_blocks(byte), 2, 0).astype(np.intp) for name, byte in numbers.items()}
-        self.waves = np.empty((*inside.shape[:2], len(chosen), _BLOCK**2), np.float32)
-        for number, wave in enumerate(modes.waves(chosen, values)):
-            self.waves[:, :, number] = wave
-        self.waves[-1] *= inside[-1]
-        self.waves[:, -1] *= inside[:, -1]
+        inside = _in_blocks(np.ones((1, *noise.shape[-2:]), np.float32))
+        values = {name: _samples_first(_in_blocks(byte)) for name, byte in numbers.items()}
+        self.waves = np.empty((len(chosen), *noise.shape[:-3], *inside.shape[:2], _BLOCK**2), np.float32)
+        for wave, pixels in zip(modes.waves(chosen, values), self.waves, strict=True):
+            pixels[...] = wave
+        self.waves[..., -1, :, :] *= inside[-1, :, 0]
+        self.waves[..., -1, :] *= inside[:, -1, 0]
+        self.waves = np.moveaxis(self.waves, 0, -2)
         self.size = _in_blocks(size)
         noise = _in_blocks(noise)
-        limit = _OUTLIER * self.size.mean(axis=3, keepdims=True)
+        limit = _OUTLIER * self.size.mean(axis=-1, keepdims=True)
         noise = np.clip(noise, -limit, limit)
         # Sums that make scores, side by side so that they are summed up at once.
-        products = noise @ self.waves.swapaxes(2, 3)
-        sums = (products.reshape(*products.shape[:2], -1), np.square(noise).sum(axis=3), inside.sum(axis=3))
-        self.told = np.concatenate(sums, axis=2)
+        products = noise @ self.waves.swapaxes(-1, -2)
+        pixels = np.broadcast_to(inside.sum(axis=-1), (*noise.shape[:-2], 1))
+        sums = (products.reshape(*products.shape[:-2], -1), np.square(noise).sum(axis=-1), pixels)
+        self.told = np.concatenate(sums, axis=-1)
 
     def moments(self):
         """Mean products of the modes: (modes, modes)."""
         # Block by block: one large product would be taken by threads of the linear algebra library's own, which get in
         # the way of ours.
-        return (self.waves @ self.waves.swapaxes(2, 3)).sum(axis=(0, 1)) / self.told[..., -1].sum()
+        waves = self.waves[..., :_TELLING]
+        products = waves @ waves.swapaxes(-1, -2)
+        return products.reshape(-1, *products.shape[-2:]).mean(axis=0) / _TELLING
 
     def listen(self, below, above, listening):
         """What the blocks around say of the noise.
@@ -307,20 +331,20 @@ class _Blocks:
         deviation : float32 array, shape (rows, columns, planes)
             The noise's standard deviation.
         """
-        planes = self._shape[0]
-        rows, columns, count, _ = self.waves.shape
-        around = np.zeros((rows + 2 * _NEIGHBOURS, columns + 2 * _NEIGHBOURS, self.told.shape[2]), np.float32)
-        inner = around[:, _NEIGHBOURS:-_NEIGHBOURS]
-        inner[_NEIGHBOURS:-_NEIGHBOURS] = self.told
+        planes = self._shape[-3]
+        *tiles, rows, columns, count, _ = self.waves.shape
+        around = np.zeros((*tiles, rows + 2 * _NEIGHBOURS, columns + 2 * _NEIGHBOURS, self.told.shape[-1]), np.float32)
+        inner = around[..., _NEIGHBOURS:-_NEIGHBOURS, :]
+        inner[..., _NEIGHBOURS:-_NEIGHBOURS, :, :] = self.told
         if below:
             inner[:_NEIGHBOURS] = below.told[-_NEIGHBOURS:]
         if above:
             inner[rows + _NEIGHBOURS : rows + _NEIGHBOURS + len(above.told)] = above.told[:_NEIGHBOURS]
-        total = _weighted(around, _NEARNESS, rows, columns) - _weighted(around, listening.own, rows, columns)
-        product, square, pixels = np.split(total, np.cumsum((planes * count, planes)), axis=2)
+        total = _weighted(around, _NEARNESS) - _weighted(around, listening.own)
+        product, square, pixels = np.split(total, np.cumsum((planes * count, planes)), axis=-1)
         # The weights' squares weigh the chances.
         square, ratio = np.maximum(square, 0.0), np.float32(listening.squares / listening.weights)
-        score = product.reshape(rows, columns, planes, count) / np.maximum(np.sqrt(ratio * square), _TINY)[..., None]
+        score = product.reshape(*square.shape, count) / np.maximum(np.sqrt(ratio * square), _TINY)[..., None]
         # A picture of a single block has nobody to listen to, only what rounding leaves of itself.
         pixels = np.where(pixels > 0.1, pixels, np.float32(np.inf))
         chance, deviation = np.sqrt(ratio / pixels), np.sqrt(square / pixels)
@@ -350,31 +374,46 @@ class _Blocks:
         return _from_blocks(size * (slope @ self.waves))[:, :height, :width]
 
 
-def _weighted(around, weights, rows, columns):
+def _weighted(around, weights):
     """Sums over the neighbours each way with these weights; `around` has a margin of `_NEIGHBOURS`."""
-    total = sum(weight * around[shift : shift + rows] for shift, weight in enumerate(weights) if weight)
-    return sum(weight * total[:, shift : shift + columns] for shift, weight in enumerate(weights) if weight)
+    for axis in (-3, -2):
+        around = np.moveaxis(around, axis, 0)
+        count = len(around) - 2 * _NEIGHBOURS
+        total = sum(weight * around[shift : shift + count] for shift, weight in enumerate(weights) if weight)
+        around = np.moveaxis(total, 0, axis)
+    return around
 
 
 def _mean_around(planes):
-    """Mean over the pixels within `_REACH` each way: (planes, height, width)."""
-    for axis in (1, 2):
-        margin = [(0, 0)] * 3
+    """Mean over the pixels within `_REACH` each way: (..., height, width)."""
+    for axis in (-2, -1):
+        margin = [(0, 0)] * planes.ndim
         margin[axis] = (_REACH, _REACH)
-        padded = np.moveaxis(np.pad(planes, margin, mode="edge"), axis, 0)
-        length = planes.shape[axis]
-        total = sum(padded[shift : shift + length] for shift in range(2 * _REACH + 1))
-        planes = np.moveaxis(total, 0, axis) / np.float32(2 * _REACH + 1)
+        one = np.moveaxis(np.pad(planes, margin, mode="edge"), axis, 0)
+        # Seven pixels are four, two and one.
+        two = one[:-1] + one[1:]
+        seven = two[:-5] + two[2:-3]
+        seven += two[4:-1]
+        seven += one[6:]
+        seven /= np.float32(7)
+        planes = np.moveaxis(seven, 0, axis)
     return planes
 
 
 def _in_blocks(planes):
-    """(planes, height, width) as (rows, columns, planes, pixels); zeros fill the last blocks."""
-    count, height, width = planes.shape
+    """(..., planes, height, width) as (..., rows, columns, planes, pixels); zeros fill the last blocks."""
+    *others, count, height, width = planes.shape
     if height % _BLOCK or width % _BLOCK:
-        planes = np.pad(planes, ((0, 0), (0, -height % _BLOCK), (0, -width % _BLOCK)))
-    blocks = planes.reshape(count, -(-height // _BLOCK), _BLOCK, -1, _BLOCK).transpose(1, 3, 0, 2, 4)
-    return blocks.reshape(*blocks.shape[:3], _BLOCK**2)
+        margin = [(0, 0)] * len(others) + [(0, 0), (0, -height % _BLOCK), (0, -width % _BLOCK)]
+        planes = np.pad(planes, margin)
+    blocks = planes.reshape(*others, count, -(-height // _BLOCK), _BLOCK, -1, _BLOCK)
+    blocks = np.moveaxis(blocks, (-4, -2, -5), (-5, -4, -3))
+    return blocks.reshape(*blocks.shape[:-2], _BLOCK**2)
+
+
+def _samples_first(blocks):
+    """(..., samples, pixels) as indices, (samples, ..., pixels)."""
+    return np.ascontiguousarray(np.moveaxis(blocks, -2, 0), np.intp)
 
 
 def _from_blocks(blocks):

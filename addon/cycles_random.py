@@ -53,46 +53,38 @@ _SOBOL_COLUMNS = (
 )  # fmt: skip
 
 
-def _byte_tables(columns):
-    """XOR of the columns of every byte, so that a 32-bit matrix product is four look-ups: uint32 (4, 256)."""
-    tables = np.zeros((4, 256), np.uint32)
-    for bit, column in enumerate(columns):
-        byte, shift = divmod(bit, 8)
-        tables[byte, (np.arange(256) >> shift) & 1 == 1] ^= np.uint32(column)
-    return tables
+def _half_tables(columns):
+    """XOR of the columns of every half, so that a 32-bit matrix product is two look-ups: uint32 (2, 65536)."""
+    tables = []
+    for half in (columns[:16], columns[16:]):
+        table = np.zeros(1, np.uint32)
+        for column in half:
+            table = np.concatenate([table, table ^ np.uint32(column)])
+        tables.append(table)
+    return np.array(tables)
 
 
-def _reversed_bytes():
-    values = np.arange(256, dtype=np.uint32)
-    return sum(((values >> bit) & 1) << (7 - bit) for bit in range(8)).astype(np.uint32)
+# The bits of a number in reverse order are a matrix product, too.
+_REVERSING = _half_tables([1 << (31 - bit) for bit in range(32)])
+_REVERSED_BYTE = (_REVERSING[0, :256] >> 24).astype(np.uint8)
+
+# The three dimensions of a set, for a reversed index.  `sobol_burley()` walks its leading bits, so its column i belongs
+# to bit 31 - i; and Owen scrambling wants reversed numbers, as the columns are: the first dimension is that index
+# mirrored.
+_SOBOL_TABLES = (_REVERSING, *(_half_tables(columns[::-1]) for columns in _SOBOL_COLUMNS))
+
+# Of all three at once the lowest bytes, which decide about the leading bytes of the values.
+_SOBOL_BYTES = sum((tables & 0xFF) << (8 * axis) for axis, tables in enumerate(_SOBOL_TABLES))
 
 
-_REVERSED = _reversed_bytes()
-_REVERSED_BYTE = _REVERSED.astype(np.uint8)
-
-
-def _mirrored(columns):
-    """Columns for the plain (not bit-reversed) index: bit k of it is bit 31 - k of the reversed one."""
-    return tuple(columns[31 - bit] for bit in range(32))
-
-
-# `sobol_burley()` walks the leading bits of a reversed index, so its column i belongs to bit 31 - i.
-_SOBOL_TABLES = tuple(_byte_tables(_mirrored(columns)) for columns in _SOBOL_COLUMNS)
-_SOBOL_BYTES = tuple(tables.astype(np.uint8) for tables in _SOBOL_TABLES)
+def _matrix_product(tables, n):
+    # Clipping does nothing to halves, but spares a check of each.
+    return tables[0].take(n & 0xFFFF, mode="clip") ^ tables[1].take(n >> 16, mode="clip")
 
 
 def reverse_bits(n):
     """The 32 bits of each number, in reverse order: uint32 array of the same shape."""
-    return (
-        (_REVERSED[n & 0xFF] << 24)
-        | (_REVERSED[(n >> 8) & 0xFF] << 16)
-        | (_REVERSED[(n >> 16) & 0xFF] << 8)
-        | _REVERSED[n >> 24]
-    )
-
-
-def _matrix_product(tables, n):
-    return tables[0][n & 0xFF] ^ tables[1][(n >> 8) & 0xFF] ^ tables[2][(n >> 16) & 0xFF] ^ tables[3][n >> 24]
+    return _matrix_product(_REVERSING, n)
 
 
 def hash_hp(i):
@@ -200,11 +192,8 @@ def sequence_values(index, dims):
     index = np.asarray(index, np.uint32)
     values = np.empty((*index.shape, len(dims)), np.float32)
     for column, (axis, seed, point) in enumerate(_shuffled_points(index, dims)):
-        # Owen scrambling wants bit-reversed numbers: dimension 0 of a reversed index is that index mirrored, and the
-        # table's columns already are in reversed order.
-        digits = reverse_bits(point) if axis == 0 else _matrix_product(_SOBOL_TABLES[axis - 1], point)
-        digits = reverse_bits(owen_reversed(digits, seed ^ _SCRAMBLE_SEEDS_3D[axis]))
-        values[..., column] = digits * np.float32(1.0 / 4294967808.0)
+        digits = owen_reversed(_matrix_product(_SOBOL_TABLES[axis], point), seed ^ _SCRAMBLE_SEEDS_3D[axis])
+        values[..., column] = reverse_bits(digits) * np.float32(1.0 / 4294967808.0)
     return values
 
 
@@ -220,11 +209,13 @@ def leading_bytes(index, dims):
         floor(256 * value) by dimension.
     """
     points = _shuffled_points(np.asarray(index, np.uint32), dims)
-    leading = {}
+    products, leading = {}, {}
     for name, (axis, seed, point) in zip(dims, points, strict=True):
-        digits = _REVERSED_BYTE[point >> 24] if axis == 0 else _matrix_product(_SOBOL_BYTES[axis - 1], point)
+        if seed not in products:
+            products[seed] = _matrix_product(_SOBOL_BYTES, point)
+        digits = (products[seed] >> (8 * axis)) & 0xFF
         scrambled = owen_reversed(np.arange(256, dtype=np.uint32), seed ^ _SCRAMBLE_SEEDS_3D[axis])
-        leading[name] = _REVERSED_BYTE[scrambled & 0xFF][digits]
+        leading[name] = _REVERSED_BYTE[scrambled & 0xFF].take(digits, mode="clip")
     return leading
 
 

@@ -181,8 +181,8 @@ def test_renders_are_closer_to_the_truth(tmp_path, driver):
 def test_large_pictures_are_worked_at_in_parts(chosen, monkeypatch):
     """What two processors work at takes little beside the result's 4 bytes a pixel and plane."""
     monkeypatch.setattr(os, "process_cpu_count", lambda: 2)
-    monkeypatch.setattr(control_variates, "_PART", 2**13)
     monkeypatch.setattr(control_variates, "_TOGETHER", 2**11)
+    monkeypatch.setattr(control_variates, "_TILES_TOGETHER", 1)
     numbers = drawn(8, height=4096, width=64)
     wave = next(modes.waves([(("t", 1),)], numbers))
     picture = np.stack([1 + wave, 2 + wave])
