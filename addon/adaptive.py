@@ -197,11 +197,11 @@ class Cleaner:
         blocks = blocks.reshape(levels.shape)
         most = (rates.base, rates.whole, rates.extra)[levels.max()]
 
-        def numbers(window, chosen):
+        def numbers(pixels, chosen):
             """Of as many samples everywhere: where there are fewer they are repeated."""
-            level = levels[window]
-            found = self._drawn(window, chosen, min(most, rates.whole), 0)
-            more = automatic.numbers(chosen, blocks[window][level == 2], rates.extra, rates.extra)
+            level = levels[pixels]
+            found = self._drawn(pixels, chosen, min(most, rates.whole), 0)
+            more = automatic.numbers(chosen, blocks[pixels][level == 2], rates.extra, rates.extra)
             for name, values in found.items():
                 base, whole = (values[np.arange(most) * count // most] for count in (rates.base, len(values)))
                 found[name] = np.where(level == 1, whole, base)

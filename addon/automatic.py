@@ -236,9 +236,9 @@ def drawn(plan, region, sequence):
     """
     ranks, lens_shift = plan.at_film(region)
 
-    def found(window, chosen, samples, first):
-        shift = {name: values[window] for name, values in lens_shift.items()}
-        return numbers(chosen, ranks[window], samples, sequence, first, shift)
+    def found(pixels, chosen, samples, first):
+        shift = {name: values[pixels] for name, values in lens_shift.items()}
+        return numbers(chosen, ranks[pixels], samples, sequence, first, shift)
 
     return found
 

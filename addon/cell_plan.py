@@ -58,15 +58,14 @@ class CellPlan:
         """What Cycles draws at the pixels of a region (Region), as `control_variates.of_picture` takes it."""
         x, y = ((np.arange(size) + corner) % self.side for size, corner in zip(region.size, region.corner, strict=True))
 
-        def found(window, chosen, samples, first):
+        def found(pixels, chosen, samples, first):
+            rows, columns = pixels
             points = self.offset[..., first : first + samples]
             cells = _leading_bytes(
                 {name for mode in chosen for name, _ in mode},
                 lambda dims: shared_sequence.values(dims, self.count, self.seed)[points],
             )
-            return {
-                name: np.moveaxis(values[y[window[0], None], x[window[1]]], -1, 0) for name, values in cells.items()
-            }
+            return {name: np.moveaxis(values[y[rows], x[columns]], -1, 0) for name, values in cells.items()}
 
         return found
 

@@ -75,7 +75,7 @@ def of_picture(use, drawn, period=0):
     ----------
     use : analysis.SceneUse
     drawn : callable
-        Window of the picture, modes, number of samples, first one -> the `numbers` of `without_noise`.
+        Pixels, modes, number of samples, first one -> the `numbers` of `without_noise`.
     period : int
         As `without_noise` takes it.
 
@@ -91,7 +91,7 @@ def of_picture(use, drawn, period=0):
 
     def taken_out(planes, first, samples):
         candidates = tuple(automatic.error_modes(sources, samples, _CANDIDATES))
-        return without_noise(planes, lambda window, chosen: drawn(window, chosen, samples, first), candidates, period)
+        return without_noise(planes, lambda pixels, chosen: drawn(pixels, chosen, samples, first), candidates, period)
 
     return taken_out
 
@@ -104,9 +104,9 @@ def without_noise(planes, numbers, candidates, period=0):
     planes : float32 array, shape (planes, height, width)
         Radiances, each the mean of one or several samples.
     numbers : callable
-        Window of the picture (rows and columns as slices), modes -> dict of dimension to uint8 array, shape (samples,
-        rows, columns): leading bytes of the samples' random numbers (`cycles_random.leading_bytes`), of the dimensions
-        that the modes depend on.
+        Pixels of the picture (rows and columns, index arrays that broadcast together), modes -> dict of dimension to
+        uint8 array, shape (samples, ...): leading bytes of the samples' random numbers
+        (`cycles_random.leading_bytes`), of the dimensions that the modes depend on.
     candidates : sequence of tuple
         Modes that may explain something, as in `modes.variances`.
     period : int
@@ -130,7 +130,8 @@ def without_noise(planes, numbers, candidates, period=0):
             own = slice(top, min(top + part, height))
 
             def numbers_seen(rows):
-                return numbers((_moved(rows, seen.start), slice(None)), found.modes)
+                rows = np.arange(rows.start, rows.stop) + seen.start
+                return numbers((rows[:, None], np.arange(width)), found.modes)
 
             for rows, explained in _explained(planes[:, seen], numbers_seen, found):
                 here = _moved(rows, seen.start)
@@ -190,19 +191,22 @@ class _Survey:
 
 def _survey(planes, numbers, candidates, listening, threads):
     """Find out in some tiles of the picture what explains most."""
-    windows = list(itertools.product(*map(_tiles, planes.shape[1:])))
-    if len(windows) > _TILES:
-        windows = [windows[number] for number in np.random.default_rng(0).permutation(len(windows))[:_TILES]]
+    sides, counts = zip(*map(_tiles, planes.shape[1:]), strict=True)
+    corners = np.stack(np.meshgrid(*map(np.arange, counts), indexing="ij"), axis=-1).reshape(-1, 2) * sides
+    if len(corners) > _TILES:
+        corners = np.random.default_rng(0).permutation(corners)[:_TILES]
 
     def look(some):
-        drawn = [numbers(window, candidates) for window in some]
-        drawn = {name: np.stack([each[name] for each in drawn]) for name in drawn[0]}
-        noise, size = _noise(np.stack([planes[:, *window] for window in some]))
-        blocks = _Blocks(noise, size, drawn, candidates)
+        rows, columns = (
+            start[:, None] + np.arange(side) for start, side in zip(np.transpose(some), sides, strict=True)
+        )
+        pixels = rows[:, :, None], columns[:, None, :]
+        noise, size = _noise(np.moveaxis(planes[:, *pixels], 0, 1))
+        blocks = _Blocks(noise, size, numbers(pixels, candidates), candidates)
         score, _, _ = blocks.listen(None, None, listening)
         return blocks.moments(), score.reshape(-1, *score.shape[-2:])
 
-    moments, scores = zip(*threads.map(look, itertools.batched(windows, _TILES_TOGETHER, strict=False)), strict=True)
+    moments, scores = zip(*threads.map(look, itertools.batched(corners, _TILES_TOGETHER, strict=False)), strict=True)
     moments, scores = np.mean(moments, axis=0), np.concatenate(scores)
     least = _most_by_chance(listening.heard / len(scores), listening.heard / len(scores))
 
@@ -222,11 +226,10 @@ def _survey(planes, numbers, candidates, listening, threads):
 
 
 def _tiles(size):
-    """Equal parts of so many pixels, of whole blocks where they are not too few; some pixels may be left over."""
+    """Pixels of equal parts of a side, and how many parts; of whole blocks, if possible, so a few may be left over."""
     count = -(-size // _TILE)
     side = size // count
-    side -= side % _BLOCK if side > _BLOCK else 0
-    return [slice(start, start + side) for start in range(0, count * side, side)]
+    return side - (side % _BLOCK if side > _BLOCK else 0), count
 
 
 def _most_by_chance(squares, largest):
@@ -279,7 +282,7 @@ class _Blocks:
     ----------
     noise, size : float32 array, shape (..., planes, height, width)
         Of `_noise`.
-    numbers : dict of str to uint8 array, shape (..., samples, height, width)
+    numbers : dict of str to uint8 array, shape (samples, ..., height, width)
     chosen : sequence of tuple
         Modes.
     """
@@ -287,10 +290,11 @@ class _Blocks:
     def __init__(self, noise, size, numbers, chosen):
         self._shape = noise.shape
         inside = _in_blocks(np.ones((1, *noise.shape[-2:]), np.float32))
-        values = {name: _samples_first(_in_blocks(byte)) for name, byte in numbers.items()}
-        self.waves = np.empty((len(chosen), *noise.shape[:-3], *inside.shape[:2], _BLOCK**2), np.float32)
+        values = {name: _in_blocks(byte[..., None, :, :]).astype(np.intp) for name, byte in numbers.items()}
+        self.waves = np.empty((len(chosen), *noise.shape[:-3], *inside.shape), np.float32)
         for wave, pixels in zip(modes.waves(chosen, values), self.waves, strict=True):
             pixels[...] = wave
+        self.waves = self.waves[..., 0, :]
         self.waves[..., -1, :, :] *= inside[-1, :, 0]
         self.waves[..., -1, :] *= inside[:, -1, 0]
         self.waves = np.moveaxis(self.waves, 0, -2)
@@ -409,11 +413,6 @@ def _in_blocks(planes):
     blocks = planes.reshape(*others, count, -(-height // _BLOCK), _BLOCK, -1, _BLOCK)
     blocks = np.moveaxis(blocks, (-4, -2, -5), (-5, -4, -3))
     return blocks.reshape(*blocks.shape[:-2], _BLOCK**2)
-
-
-def _samples_first(blocks):
-    """(..., samples, pixels) as indices, (samples, ..., pixels)."""
-    return np.ascontiguousarray(np.moveaxis(blocks, -2, 0), np.intp)
 
 
 def _from_blocks(blocks):

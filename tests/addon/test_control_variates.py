@@ -36,7 +36,7 @@ def repeated(numbers, period):
 
 def cleaned(planes, numbers, chosen, period=0):
     return control_variates.without_noise(
-        planes, lambda window, _: {n: b[:, *window] for n, b in numbers.items()}, chosen, period
+        planes, lambda pixels, _: {n: b[:, *pixels] for n, b in numbers.items()}, chosen, period
     )
 
 
