@@ -290,11 +290,8 @@ class _Blocks:
     def __init__(self, noise, size, numbers, chosen):
         self._shape = noise.shape
         inside = _in_blocks(np.ones((1, *noise.shape[-2:]), np.float32))
-        values = {name: _in_blocks(byte[..., None, :, :]).astype(np.intp) for name, byte in numbers.items()}
-        self.waves = np.empty((len(chosen), *noise.shape[:-3], *inside.shape), np.float32)
-        for wave, pixels in zip(modes.waves(chosen, values), self.waves, strict=True):
-            pixels[...] = wave
-        self.waves = self.waves[..., 0, :]
+        numbers = {name: _in_blocks(byte[..., None, :, :])[..., 0, :] for name, byte in numbers.items()}
+        self.waves = modes.waves(chosen, numbers)
         self.waves[..., -1, :, :] *= inside[-1, :, 0]
         self.waves[..., -1, :] *= inside[:, -1, 0]
         self.waves = np.moveaxis(self.waves, 0, -2)

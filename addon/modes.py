@@ -5,6 +5,7 @@ The error that a pattern of samples leaves in each mode tells its error for all 
 DESIGN, section 4); the modes that are strong in pictures vary along few parameters, and slowly.
 """
 
+import functools
 import itertools
 import math
 
@@ -16,8 +17,11 @@ _HIGHEST = 6
 # Modes that are looked at for the strongest.
 _CANDIDATES = 256
 
-# Middles of the 256 intervals that a number's leading byte tells apart, as angles of half a period.
-_ANGLES = np.pi * (np.arange(256) + 0.5) / 256
+# Modes whose features are made together: few, for the sake of memory.
+_TOGETHER = 8
+
+# Half a period, in the middles of the 256 intervals that a number's leading byte tells apart.
+_COSINES = np.cos(np.pi * (np.arange(256) + 0.5) / 256).astype(np.float32)
 
 
 def variances(shares):
@@ -70,9 +74,10 @@ def features(chosen, numbers):
     float32 array, shape (...)
         One mode's mean over a pixel's samples, without its mean over all pixels.
     """
-    for (mode, variance), wave in zip(chosen.items(), waves(chosen, numbers), strict=True):
-        wave *= np.float32((variance * 2.0 ** len(mode)) ** 0.5)
-        yield wave - wave.mean()
+    for some in itertools.batched(chosen, _TOGETHER, strict=False):
+        for mode, wave in zip(some, waves(some, numbers), strict=True):
+            wave *= np.float32((chosen[mode] * 2.0 ** len(mode)) ** 0.5)
+            yield wave - wave.mean()
 
 
 def waves(chosen, numbers):
@@ -80,28 +85,40 @@ def waves(chosen, numbers):
 
     Parameters
     ----------
-    chosen : iterable of tuple
+    chosen : sequence of tuple
     numbers : dict
         As `features` takes it.
 
-    Yields
-    ------
-    float32 array, shape (...)
-        One mode's mean over a pixel's samples.
+    Returns
+    -------
+    float32 array, shape (modes, ...)
+        Each mode's mean over a pixel's samples.
     """
-    count = len(next(iter(numbers.values()), ()))
-    cosines = {factor: np.cos(factor[1] * _ANGLES).astype(np.float32) for mode in chosen for factor in mode}
-    shares = {factor: cosine / np.float32(count) for factor, cosine in cosines.items()}
-    for mode in chosen:
-        leading, *others = mode
-        total = None
-        for sample in range(count):
-            # Clipping does nothing to bytes, but spares a check of each.
-            product = shares[leading].take(numbers[leading[0]][sample], mode="clip")
-            for factor in others:
-                product *= cosines[factor].take(numbers[factor[0]][sample], mode="clip")
-            total = product if total is None else total + product
-        yield total
+    highest = {}
+    for name, m in itertools.chain(*chosen):
+        highest[name] = max(m, highest.get(name, 0))
+    samples, *shape = next(iter(numbers.values())).shape if numbers else (0,)
+    total = np.zeros((len(chosen), *shape), np.float32)
+    for sample in range(samples):
+        harmonics = {name: _harmonics(numbers[name][sample], most) for name, most in highest.items()}
+        for mode, wave in zip(chosen, total, strict=True):
+            wave += functools.reduce(np.multiply, (harmonics[name][m] for name, m in mode))
+    total /= np.float32(samples)
+    return total
+
+
+def _harmonics(byte, most):
+    """Cosines of 0, 1, ... half-periods."""
+    # Clipping does nothing to bytes, but spares a check of each.
+    first = _COSINES.take(byte, mode="clip")
+    found = [np.float32(1.0), first]
+    twice = first + first
+    for _ in range(most - 1):
+        # cos(m + 1)x + cos(m - 1)x = 2 cos x cos mx
+        following = twice * found[-1]
+        following -= found[-2]
+        found.append(following)
+    return found
 
 
 def strongest(total, numbers, count):

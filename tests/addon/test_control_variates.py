@@ -50,7 +50,7 @@ def content():
 def test_explained_noise_goes_and_the_rest_stays(chosen, samples):
     """Half of the variance follows one mode; with 900 pixels around that say so, nearly all of that half goes."""
     numbers = drawn(1, samples)
-    wave = next(modes.waves([(("t", 1),)], numbers))
+    wave = modes.waves([(("t", 1),)], numbers)[0]
     white = np.random.default_rng(2).normal(size=(3, HEIGHT, WIDTH)) * wave.std()
     truth = np.ones((3, HEIGHT, WIDTH))
     noisy = (truth + wave + white).astype(np.float32)
@@ -61,7 +61,7 @@ def test_explained_noise_goes_and_the_rest_stays(chosen, samples):
 def test_numbers_that_repeat(chosen):
     """Blocks with other numbers tell what goes; where there are none, nobody does."""
     numbers = repeated(drawn(1), 16)
-    wave = next(modes.waves([(("t", 1),)], numbers))[None].astype(np.float32)
+    wave = modes.waves([(("t", 1),)], numbers)[0][None].astype(np.float32)
     assert cleaned(wave, numbers, chosen, 16).var() < 0.15 * wave.var()
     assert control_variates.of_picture(USE, None, 8) is None
 
@@ -73,7 +73,7 @@ def test_blocks_do_not_listen_to_their_own_numbers(chosen):
     left = {0: [], 16: []}
     for seed in range(8):
         numbers = repeated(drawn(seed), 16)
-        wave = next(modes.waves([(("t", 1),)], numbers))
+        wave = modes.waves([(("t", 1),)], numbers)[0]
         noise = np.random.default_rng(seed).normal(size=wave.shape) * wave.std()
         picture = np.where(shown, wave, noise)[None].astype(np.float32)
         for period, ratios in left.items():
@@ -101,7 +101,7 @@ def test_a_picture_without_noise_is_left_alone(chosen):
 def test_quiet_parts_stay_quiet(chosen):
     """Beside a noisy half, a half without noise gets none of it."""
     numbers = drawn(3)
-    wave = next(modes.waves([(("t", 1),)], numbers))
+    wave = modes.waves([(("t", 1),)], numbers)[0]
     picture = np.ones((1, HEIGHT, WIDTH), np.float32)
     picture[:, :, :40] += wave[:, :40]
     changed = cleaned(picture, numbers, chosen) - picture
@@ -184,7 +184,7 @@ def test_large_pictures_are_worked_at_in_parts(chosen, monkeypatch):
     monkeypatch.setattr(control_variates, "_TOGETHER", 2**11)
     monkeypatch.setattr(control_variates, "_TILES_TOGETHER", 1)
     numbers = drawn(8, height=4096, width=64)
-    wave = next(modes.waves([(("t", 1),)], numbers))
+    wave = modes.waves([(("t", 1),)], numbers)[0]
     picture = np.stack([1 + wave, 2 + wave])
 
     tracemalloc.start()
