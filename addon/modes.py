@@ -18,7 +18,7 @@ _HIGHEST = 6
 _CANDIDATES = 256
 
 # Modes whose features are made together: few, for the sake of memory.
-_TOGETHER = 8
+_TOGETHER = 2
 
 # Half a period, in the middles of the 256 intervals that a number's leading byte tells apart.
 _COSINES = np.cos(np.pi * (np.arange(256) + 0.5) / 256).astype(np.float32)
