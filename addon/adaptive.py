@@ -15,6 +15,7 @@ rates are chosen as well, it costs time and gains 2 % at most.  A pixel's own sa
 by the slopes alone, one voice among a thousand and as often up as down, so that what they say of its rate has no sign.
 """
 
+import bisect
 from dataclasses import dataclass
 
 import numpy as np
@@ -108,12 +109,19 @@ def levels_in_budget(picture, rates):
     worth = np.log2(variance + _DOUBT * variance.mean() + 1e-30)
     worth += _DITHER * np.random.default_rng(0).random(worth.shape, np.float32)
     counts = rates.counts
-    by_step = np.log2([_BROKEN, 1.0]) - np.log2(counts[:-1] * counts[1:])
-    best_first = np.argsort(-(by_step.astype(np.float32)[:, None, None] + worth), axis=None)
-    spent = np.cumsum(np.repeat(np.diff(counts), worth.size)[best_first])
-    paid = np.zeros(best_first.size, bool)
-    paid[best_first] = spent <= (rates.whole - rates.base) * worth.size
-    return paid.reshape(2, *worth.shape).sum(axis=0, dtype=np.int8)
+    steps = np.log2([_BROKEN, 1.0]) - np.log2(counts[:-1] * counts[1:])
+    # What a pixel must be worth for a second step beside what it must be for the first.
+    dearer = np.float32([0.0, steps[0] - steps[1]])
+    budget = (rates.whole - rates.base) * worth.size
+    worths = np.sort(worth, axis=None)
+
+    def is_affordable(least):
+        takers = worths.size - np.searchsorted(worths, least + dearer)
+        return takers @ np.diff(counts) <= budget
+
+    leasts = np.sort(np.concatenate([worths, worths - dearer[1]]), kind="stable")
+    chosen = leasts[bisect.bisect_left(leasts, True, key=is_affordable, hi=leasts.size - 1)]
+    return sum((worth >= least).astype(np.int8) for least in chosen + dearer)
 
 
 def levels_over_threshold(picture, threshold):
