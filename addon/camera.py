@@ -53,17 +53,17 @@ def check(scene, camera):
     if camera.data.type == "CUSTOM":
         raise Refused(
             f'Camera "{camera.name}" has a custom lens (OSL), whose place the camera of Spectral Tiles has to take; '
-            "use another lens type, or render with Cycles"
+            "use another lens type, or set Driver to In Place"
         )
     if camera.data.type == "PERSP" and _is_stereo(scene.render) and camera.data.stereo.use_spherical_stereo:
         raise Refused(
             f'Camera "{camera.name}" is a perspective one with Spherical Stereo, which Spectral Tiles cannot render; '
-            "switch Spherical Stereo off, use a panoramic camera, or render with Cycles"
+            "switch Spherical Stereo off, use a panoramic camera, or set Driver to In Place"
         )
     if scene.cycles.rolling_shutter_type != "NONE" and scene.render.use_motion_blur:
         raise Refused(
             "Rolling Shutter cannot be rendered with Spectral Tiles, which renders the rows of a picture out of order; "
-            "set it to None, or render with Cycles"
+            "set it to None, or set Driver to In Place"
         )
 
 

@@ -30,16 +30,16 @@ def check(scene, made):
     if data.type == "CUSTOM":
         raise Refused(
             f'Camera "{made.name}" is custom (OSL), of which sub-renders cannot take single pixels; '
-            "use another lens type, or render with Cycles"
+            "use another lens type, or set Driver to In Place"
         )
     if not _can_be_enlarged(data, Region.of_render(scene.render).frame, scene.render) and driver.why_not_gather(scene):
         kind = data.bl_rna.properties["panorama_type"].enum_items[data.panorama_type].name
         raise Refused(
             f'Camera "{made.name}" is panoramic ({kind}), which sub-renders give by Open Shading Language only; '
-            "use another camera, or render with Cycles"
+            "use another camera, or set Driver to In Place"
         )
     if scene.render.use_motion_blur and scene.cycles.rolling_shutter_type != "NONE":
-        raise Refused("A rolling shutter cannot be rendered by sub-renders; set it to None, or render with Cycles")
+        raise Refused("A rolling shutter cannot be rendered by sub-renders; set it to None, or set Driver to In Place")
 
 
 def cameras(engine, scene):

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Which driver renders a scene: GATHER where it can run, else sub-renders."""
+"""What the drivers have in common, and where GATHER can run."""
 
 import bpy
 from cycles import engine as cycles
@@ -23,7 +23,7 @@ def check_device(scene):
     if scene.cycles.device == "GPU" and kind not in {"NONE", "OPTIX"} and preferences.has_active_device():
         raise Refused(
             f"Cycles has no Open Shading Language on {kind} devices, which Spectral Tiles needs; "
-            "set Device to CPU or use OptiX, or set Driver to Sub-renders"
+            "set Device to CPU or use OptiX, or set Driver to Sub-renders or In Place"
         )
 
 
@@ -39,6 +39,12 @@ def set_samples(settings, samples):
     settings.use_adaptive_sampling = False
     settings.use_layer_samples = "IGNORE"
     settings.time_limit = 0.0
+
+
+def takes_out_noise(settings):
+    """Whether noise that is known is to be taken out of pictures."""
+    # Whoever chose a tile wants to see what it does.
+    return settings.control_variates and settings.tile == "AUTO"
 
 
 def chosen_filter(settings):
@@ -58,8 +64,8 @@ def why_not_gather(scene):
     return None
 
 
-def is_subrender(scene):
-    """Whether the scene chose sub-renders, or leaves the choice to us and nothing else runs here."""
+def may_be_subrender(scene):
+    """Whether the scene chose sub-renders, or leaves the choice to us and the GATHER driver does not run here."""
     if scene.spectral_tiles.driver != "AUTO":
         return scene.spectral_tiles.driver == "SUBRENDER"
     return why_not_gather(scene) is not None

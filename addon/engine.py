@@ -1,14 +1,16 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The render engine: Cycles, told which samples to take.
 
-Final renders go through a driver (`gather` or `subrender`); the viewport, previews and baking are Cycles' own, called
+Final renders go through a driver (`addon.drivers`); the viewport, previews and baking are Cycles' own, called
 just as Blender's Cycles add-on calls them (`addons_core/cycles/__init__.py`).
 """
+
+import functools
 
 import bpy
 from cycles import engine as cycles
 
-from . import driver, failure, gather, subrender
+from . import driver, drivers, failure, shading, subrender
 
 
 class SpectralTilesRender(bpy.types.RenderEngine):
@@ -39,9 +41,12 @@ class SpectralTilesRender(bpy.types.RenderEngine):
         if self.native and not self.is_preview:
             driver.set_samples(depsgraph.scene_eval.cycles, depsgraph.scene.spectral_tiles.samples)
         elif not self.is_preview:
-            chosen = subrender if driver.is_subrender(depsgraph.scene_eval) else gather
+            chosen = drivers.chosen(
+                depsgraph.scene_eval, depsgraph.view_layer_eval, functools.partial(shading.check, depsgraph)
+            )
             self.job = failure.attempt(self, chosen.prepare, data, depsgraph)
-            if not isinstance(self.job, gather.Job):
+            # Sub-renders have a session of their own.
+            if self.job is None or chosen is subrender:
                 return
         if not self.session:
             cycles.create(self, data, preview_osl=self.is_preview and bpy.context.scene.cycles.shading_system)
@@ -49,8 +54,7 @@ class SpectralTilesRender(bpy.types.RenderEngine):
 
     def render(self, depsgraph):
         if self.job is not None:
-            chosen = subrender if isinstance(self.job, subrender.Job) else gather
-            failure.attempt(self, chosen.render, depsgraph, self.job)
+            failure.attempt(self, drivers.of_job(self.job).render, depsgraph, self.job)
         elif self.is_preview or self.native:
             cycles.render(self, depsgraph)
 

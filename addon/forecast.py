@@ -1,12 +1,25 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """What a render of the scene will do, told before it is rendered."""
 
+import functools
 import math
 
 import bpy
 from bpy_extras.anim_utils import animdata_get_channelbag_for_assigned_slot
 
-from . import analysis, automatic, driver, gather, library, persistence, progress, shading, subrender
+from . import (
+    analysis,
+    automatic,
+    driver,
+    drivers,
+    gather,
+    in_place,
+    library,
+    persistence,
+    progress,
+    shading,
+    subrender,
+)
 from .failure import Refused
 from .plan import LARGE, memory
 from .region import Region
@@ -62,7 +75,8 @@ def uses(scene, layer):
     if use is None or not use.dims:
         return use and sentence(use)
     name = library.name(scene.spectral_tiles, use.dims)
-    how = f"using tile {name}" if name else "using Cycles' own samples, arranged for these"
+    arranged = "" if _driver(scene, layer) is in_place else ", arranged for these"
+    how = f"using tile {name}" if name else f"using Cycles' own samples{arranged}"
     return f"{sentence(use)}: {how}"
 
 
@@ -82,10 +96,32 @@ def sentence(use):
     return text[0].upper() + text[1:]
 
 
-def render_calls(scene):
+def _driver(scene, layer):
+    return drivers.chosen(scene, layer, functools.partial(_check_shading, layer.depsgraph))
+
+
+def _check_shading(depsgraph, camera):
+    """As `shading.check`; nothing is wrong as long as the view layer was never evaluated."""
+    if depsgraph is not None and (message := _remembered(_shading, depsgraph, lambda found: _wrong(found, camera))):
+        raise Refused(message)
+
+
+def _wrong(depsgraph, camera):
+    try:
+        shading.check(depsgraph, camera)
+    except Refused as refused:
+        return str(refused)
+    return None
+
+
+def render_calls(scene, layer):
     """Which driver renders a frame and why, and how it will call Cycles."""
     is_free = scene.spectral_tiles.driver == "AUTO"
-    if not driver.is_subrender(scene):
+    chosen = _driver(scene, layer)
+    if chosen is in_place:
+        calls = "In Place: one Cycles render, known noise taken out afterwards"
+        return ". ".join([calls, *(_refusals(gather, scene, layer) if is_free else ())])
+    if chosen is gather:
         renders = "several Cycles renders" if persistence.needed(scene) else "one Cycles render"
         why = ", the faster driver" if is_free else ""
         return f"Gather{why}: {renders}, pixels put in order afterwards"
@@ -95,44 +131,37 @@ def render_calls(scene):
     return f"{calls}. {driver.why_not_gather(scene)}" if is_free else calls
 
 
-def overhead(scene):
+def overhead(scene, layer):
     """What a frame costs beyond Cycles' own render of it, in one sentence."""
-    if driver.is_subrender(scene):
+    chosen = _driver(scene, layer)
+    if chosen is subrender:
         count, pace = subrender.sub_renders(scene), progress.Progress.pace
         if pace is None:
             return f"Takes {progress.duration(max(1.0, count * progress.LEAST))} at least"
         return f"Takes about {progress.duration(count * pace)} if each takes as long as the last ones did"
     pixels = Region.of_render(scene.render).pixels
+    memory_used = f"up to {math.ceil((_PARTS + pixels * _BYTES) / 1e7)}0 MB of memory"
+    if chosen is in_place:
+        return f"Adds little time, and {memory_used}"
     is_large = pixels > LARGE
     # The first frame of a group brings the plans of them all.
     is_group = is_large and scene.cycles.use_animated_seed and scene.spectral_tiles.tile == "AUTO"
     seconds = round((automatic.GROUP if is_group else 1) * pixels * memory.pace)
     time = f"about {progress.duration(seconds)}" if seconds else "less than a second"
     once = "once for frames of this size" if is_large else "a frame"
-    return f"Adds {time} {once}, and up to {math.ceil((_PARTS + pixels * _BYTES) / 1e7)}0 MB of memory"
+    return f"Adds {time} {once}, and {memory_used}"
 
 
 def refusals(scene, layer):
     """Why this view layer will not be rendered: one message a reason, none if it will be."""
-    messages = []
-    for check in (subrender if driver.is_subrender(scene) else gather).CHECKS:
-        messages += _message(check, scene, layer)
-    # The shading is looked at for a camera that is one, so only after the others.
-    if not messages and layer.depsgraph is not None:
-        messages += _remembered(_shading, layer.depsgraph, lambda found: _message(shading.check, found, scene.camera))
-    return messages
+    return _refusals(_driver(scene, layer), scene, layer)
 
 
-def _message(check, *arguments):
-    """What a check says against something, in a list; an empty one if nothing."""
-    try:
-        check(*arguments)
-    except Refused as refused:
-        return [str(refused)]
-    return []
+def _refusals(module, scene, layer):
+    return drivers.refusals(module, scene, layer, functools.partial(_check_shading, layer.depsgraph))
 
 
-def ignored(scene):
+def ignored(scene, layer):
     """Settings of Cycles that are in force in this scene but not under this engine.
 
     Returns
@@ -148,7 +177,7 @@ def ignored(scene):
         lines.append("Time Limit does not apply: choose Samples to fit")
     if settings.use_layer_samples != "IGNORE" and any(layer.samples for layer in scene.view_layers):
         lines.append("Samples of view layers do not apply: all layers get the same Samples")
-    if scene.render.use_motion_blur and scene.camera and _zooms(scene.camera) and not driver.is_subrender(scene):
+    if scene.render.use_motion_blur and scene.camera and _zooms(scene.camera) and _driver(scene, layer) is gather:
         lines.append("The animated zoom of the camera does not blur: set Driver to Sub-renders if it should")
     return lines
 

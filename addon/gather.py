@@ -104,12 +104,12 @@ def _check_passes(scene, layer):
     if layer.use_pass_vector and not scene.render.use_motion_blur:
         raise Refused(
             f'The Vector pass of view layer "{layer.name}" cannot be rendered with Spectral Tiles; '
-            "switch the pass off, or render it with Cycles"
+            "switch the pass off, or set Driver to In Place"
         )
     if layer.use_pass_mist and getattr(scene.camera and scene.camera.data, "type", "") == "ORTHO":
         raise Refused(
             f'The Mist pass of view layer "{layer.name}" cannot be rendered with Spectral Tiles and an orthographic '
-            "camera; switch the pass off, or render it with Cycles"
+            "camera; switch the pass off, or set Driver to In Place"
         )
 
 
@@ -126,7 +126,7 @@ def _check_culling(scene, layer):
     if scene.render.use_simplify and (scene.cycles.use_camera_cull or scene.cycles.use_distance_cull):
         raise Refused(
             "Culling cannot be done with Spectral Tiles; "
-            "switch Camera Culling and Distance Culling off (Simplify), or render with Cycles"
+            "switch Camera Culling and Distance Culling off (Simplify), or set Driver to In Place"
         )
 
 
@@ -172,8 +172,7 @@ def prepare(engine, data, depsgraph):
     seed, frame = driver.seed_and_frame(scene)
     rates, choose_levels = _rates(settings)
     tile = library.tile(settings, scene.library, use.dims)
-    if tile is None and use.is_direct and use.dims and settings.samples == 1:
-        # Nothing but the tile's own dimensions is left to chance, and the rest need not be spared.
+    if tile is None and follows_tile(settings, use):
         tile = library.spectral(use.dims)
     if tile is not None:
         tile = aperture.fitted(tile, use.blades)
@@ -197,7 +196,7 @@ def prepare(engine, data, depsgraph):
     image = os.path.join(folder.name, several_renders.PLAN)
     sample_plan.write(image)
     without_noise, noise = None, ""
-    if takes_out_noise(scene):
+    if driver.takes_out_noise(settings):
         if is_whole:
             drawn = automatic.drawn(sample_plan, region, settings.samples)
             if choose_levels is None:
@@ -205,12 +204,12 @@ def prepare(engine, data, depsgraph):
             else:
                 without_noise = adaptive.Cleaner.of_picture(use, drawn, rates)
         else:
-            noise = layer_noise.described(use, region, settings, frame, False, added)
+            noise = layer_noise.described(use, region, settings, frame, "GATHER", added)
     facts = layers.facts(scene, layer.name, tile, sample_plan, seed, settings.samples, noise)
     before = [(owner, persistence.values(owner)) for owner in (scene.cycles, *camera.written(views))]
 
     def write():
-        _set_sampling(scene.cycles, settings.samples, sample_plan.seed)
+        in_order.set_sampling(scene.cycles, settings.samples, sample_plan.seed)
         camera.replace(scene, views, region, image)
 
     main_thread.run(write, engine)
@@ -232,11 +231,12 @@ def prepare(engine, data, depsgraph):
     )
 
 
-def takes_out_noise(scene):
-    """Whether noise that is known is to be taken out of pictures of this scene."""
-    settings = scene.spectral_tiles
-    # Whoever chose a tile wants to see what it does.
-    return settings.control_variates and settings.tile == "AUTO"
+def follows_tile(settings, use):
+    """Whether the samples of a scene that uses this (SceneUse, or None if unknown) are to be those of a tile."""
+    if settings.tile != "AUTO":
+        return True
+    # Nothing but the tile's own dimensions is left to chance, and the rest need not be spared.
+    return use is not None and use.is_direct and bool(use.dims) and settings.samples == 1
 
 
 def _rates(settings):
@@ -250,18 +250,6 @@ def _rates(settings):
         rates = adaptive.rates_in_budget(samples)
         return rates, lambda picture: adaptive.levels_in_budget(picture, rates)
     return adaptive.Rates(samples, samples, 0), None
-
-
-def _set_sampling(settings, samples, seed):
-    """Make Cycles draw the numbers that the plan counts on, in one go."""
-    driver.set_samples(settings, samples)
-    settings.sampling_pattern = "BLUE_NOISE"
-    settings.seed = seed
-    settings.use_animated_seed = False
-    # Cycles' own tiles reach the result only when all layers are done, so there shall be one.
-    settings.tile_size = in_order.LARGEST
-    # Cycles' denoiser would see pixels out of order: `addon.denoising` calls it once they are in order.
-    settings.use_denoising = False
 
 
 def render(engine, depsgraph, job):

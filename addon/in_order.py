@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""One Cycles render of the GATHER driver: its passes put in order, freed of known noise, and made the result."""
+"""One Cycles render: its passes put in order, freed of known noise, and made the result."""
 
 from cycles import engine as cycles
 
-from . import control_variates, denoising, failure, film, layers
+from . import control_variates, denoising, driver, failure, film, layers
 from .region import bands
 
 # Cycles' Depth where nothing was hit (kernel/film, pass accessor).
@@ -11,6 +11,18 @@ _NO_DEPTH = 1e10
 
 # Cycles renders larger pictures in tiles whatever its settings say (`TileManager::MAX_TILE_SIZE`).
 LARGEST = 8192
+
+
+def set_sampling(settings, samples, seed):
+    """Make Cycles draw the numbers that a plan counts on, in one go."""
+    driver.set_samples(settings, samples)
+    settings.sampling_pattern = "BLUE_NOISE"
+    settings.seed = seed
+    settings.use_animated_seed = False
+    # Cycles' own tiles reach the result only when all layers are done, so there shall be one.
+    settings.tile_size = LARGEST
+    # `addon.denoising` calls Cycles' denoiser once pixels are in order and known noise is gone.
+    settings.use_denoising = False
 
 
 def rendered(engine, depsgraph, job):

@@ -13,6 +13,7 @@ import numpy as np
 
 from . import automatic, cell_plan, control_variates, film
 from .analysis import SceneUse
+from .plan import Plan
 from .region import Region
 
 
@@ -21,7 +22,7 @@ def digest(plan):
     return f"{zlib.crc32(plan.film):08x}"
 
 
-def described(use, region, settings, frame, by_cells, added):
+def described(use, region, settings, frame, driver, added):
     """What `taken_out` must know of a view layer's render.
 
     Parameters
@@ -32,8 +33,8 @@ def described(use, region, settings, frame, by_cells, added):
         The scene's.
     frame : int or None
         Of an animation whose pattern changes from frame to frame.
-    by_cells : bool
-        Whether it is made of sub-renders.
+    driver : str
+        As `spectral_tiles.driver` calls it.
     added : list of str
         Passes that the frame has for being merged only.
 
@@ -44,7 +45,7 @@ def described(use, region, settings, frame, by_cells, added):
     """
     if settings.samples > control_variates.MOST_SAMPLES:
         return ""
-    return json.dumps([asdict(use), region, settings.seed, frame, by_cells, added])
+    return json.dumps([asdict(use), region, settings.seed, frame, driver, added])
 
 
 def taken_out(description, samples, plan_digest, passes, size):
@@ -68,16 +69,19 @@ def taken_out(description, samples, plan_digest, passes, size):
     dict or None
         None if the plan cannot be made again here: a machine with another processor may round its choices differently.
     """
-    used, region, seed, frame, by_cells, added = json.loads(description)
+    used, region, seed, frame, driver, added = json.loads(description)
     use, region = SceneUse(**used), Region(*map(tuple, region))
-    if by_cells:
+    if driver == "SUBRENDER":
         plan = cell_plan.arranged(use, samples, seed, frame)
-        clean = control_variates.of_picture(use, plan.drawn(region), plan.side)
+        drawn, period = plan.drawn(region), plan.side
     else:
-        plan = automatic.make(use, region, samples, seed, frame)
-        clean = control_variates.of_picture(use, automatic.drawn(plan, region, samples))
+        plan = Plan.in_place(seed + (frame or 0), region)
+        if driver == "GATHER":
+            plan = automatic.make(use, region, samples, seed, frame)
+        drawn, period = automatic.drawn(plan, region, samples), 0
     if digest(plan) != plan_digest:
         return None
+    clean = control_variates.of_picture(use, drawn, period)
     if clean is None:
         return passes
     left, bottom = region.corner if size == region.frame else (0, 0)

@@ -17,7 +17,7 @@ def needed(scene):
     if scene.render.engine != "SPECTRAL_TILES":
         return False
     settings = scene.spectral_tiles
-    return settings.filter != "AS_CYCLES" or settings.adaptive != "OFF" or driver.is_subrender(scene)
+    return settings.filter != "AS_CYCLES" or settings.adaptive != "OFF" or driver.may_be_subrender(scene)
 
 
 @bpy.app.handlers.persistent

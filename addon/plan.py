@@ -54,6 +54,11 @@ class Plan:
     lens_shift: np.ndarray | None = None
     errors: dict = field(default_factory=dict)
 
+    @classmethod
+    def in_place(cls, seed, region):
+        """The plan in which each render pixel of a region (Region) serves the film pixel where it is."""
+        return cls(seed % 2**31, region.size[0], np.arange(region.pixels, dtype=np.int32))
+
     @property
     def miss(self):
         """The errors in words, such as "t 0.012, light.u 0.031"; empty if there are none."""

@@ -124,6 +124,11 @@ class SpectralTilesSettings(bpy.types.PropertyGroup):
             ("AUTO", "Automatic", "Use the fastest driver that can render this scene here"),
             ("GATHER", "Gather", "One render whose pixels are put in order afterwards; needs Open Shading Language"),
             (
+                "IN_PLACE",
+                "In Place",
+                "Cycles' own render, of which known noise is taken out; adds least time, for any camera and device",
+            ),
+            (
                 "SUBRENDER",
                 "Sub-renders",
                 "Hundreds of small renders at exact moments; blurs animated lights too, but takes longer",

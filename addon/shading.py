@@ -22,7 +22,7 @@ def check(depsgraph, camera):
                 if what:
                     raise Refused(
                         f'{what} in "{data.name}" cannot be rendered with Spectral Tiles; '
-                        "use other coordinates there, or render with Cycles"
+                        "use other coordinates there, or set Driver to In Place"
                     )
 
 

@@ -26,7 +26,6 @@ from . import (
     driver,
     exposure,
     film,
-    gather,
     in_order,
     layer_noise,
     layers,
@@ -147,7 +146,7 @@ def _check_culling(scene, layer):
     if scene.render.use_simplify and scene.cycles.use_camera_cull:
         raise Refused(
             "Camera Culling cannot be done by sub-renders, each of which sees more than the picture; "
-            "switch it off (Simplify), or render with Cycles"
+            "switch it off (Simplify), or set Driver to In Place"
         )
 
 
@@ -222,11 +221,11 @@ def prepare(engine, data, depsgraph):
         offsets[:, :, 0] = 0.0
     drift[0] = 0.0
     region, without_noise, noise = Region.of_render(scene.render), None, ""
-    if gather.takes_out_noise(scene):
+    if driver.takes_out_noise(settings):
         if layers.is_whole(scene):
             without_noise = control_variates.of_picture(use, plan.drawn(region), plan.side)
         else:
-            noise = layer_noise.described(use, region, settings, frame, True, [])
+            noise = layer_noise.described(use, region, settings, frame, "SUBRENDER", [])
     # A session that rendered before would keep settings that have changed since.
     cycles.free(engine)
     cycles.create(engine, data)

@@ -115,9 +115,9 @@ def _draw_forecast(layout, context):
     for message in refusals:
         _say(column, context, message, "ERROR")
     if not refusals:
-        _say(column, context, forecast.render_calls(scene), "RENDER_STILL")
-        _say(column, context, forecast.overhead(scene), "TIME")
-    for message in forecast.ignored(scene):
+        _say(column, context, forecast.render_calls(scene, layer), "RENDER_STILL")
+        _say(column, context, forecast.overhead(scene, layer), "TIME")
+    for message in forecast.ignored(scene, layer):
         _say(column, context, message, "INFO")
 
 

@@ -159,7 +159,7 @@ def test_any_size(chosen, width, height):
     assert np.isfinite(result).all()
 
 
-@pytest.mark.parametrize("driver", ["GATHER", "SUBRENDER"])
+@pytest.mark.parametrize("driver", ["GATHER", "IN_PLACE", "SUBRENDER"])
 def test_renders_are_closer_to_the_truth(tmp_path, driver):
     """A floor under two lamps: which is chosen makes most of the noise, and that goes."""
     scene = rendering.empty_scene(64, 64)

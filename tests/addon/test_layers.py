@@ -82,7 +82,7 @@ def test_merged_layers_are_the_frame(scene_file, tmp_path, count, tile):
     assert not [path for path in tmp_path.iterdir() if path.name.startswith(".")]
 
 
-@pytest.mark.parametrize("change", ["nothing", "border", "sub-renders", "view layers"])
+@pytest.mark.parametrize("change", ["nothing", "border", "in place", "sub-renders", "view layers"])
 def test_merged_layers_lose_the_known_noise(scene_file, tmp_path, monkeypatch, change):
     bpy.ops.wm.open_mainfile(filepath=str(scene_file))
     scene = bpy.context.scene
@@ -91,6 +91,8 @@ def test_merged_layers_lose_the_known_noise(scene_file, tmp_path, monkeypatch, c
         scene.render.use_border = True
         scene.render.border_min_x, scene.render.border_max_x = 0.1, 0.9
         scene.render.border_min_y, scene.render.border_max_y = 0.3, 1.0
+    elif change == "in place":
+        scene.spectral_tiles.driver = "IN_PLACE"
     elif change == "sub-renders":
         scene.spectral_tiles.driver = "SUBRENDER"
         scene.view_layers[0].use_pass_cryptomatte_object = False

@@ -14,8 +14,9 @@ from addon import automatic, control_variates, failure, film, forecast, gather, 
 from tests import rendering
 
 
-def build_scene():
+def build_scene(driver="AUTO"):
     scene = rendering.empty_scene(16, 16)
+    scene.spectral_tiles.driver = driver
     camera = rendering.add_camera((0, -5, 5), (np.radians(45), 0, 0))
     camera.data.dof.use_dof = True
     camera.data.shift_x = 0.1
@@ -77,39 +78,39 @@ def test_no_camera():
 
 
 def test_custom_camera():
-    build_scene().camera.data.type = "CUSTOM"
+    build_scene("GATHER").camera.data.type = "CUSTOM"
     render_expecting("custom lens")
 
 
 def test_perspective_spherical_stereo():
-    scene = build_scene()
+    scene = build_scene("GATHER")
     scene.render.use_multiview = True
     scene.camera.data.stereo.use_spherical_stereo = True
     render_expecting("Spherical Stereo")
 
 
 def test_rolling_shutter():
-    scene = build_scene()
+    scene = build_scene("GATHER")
     scene.render.use_motion_blur = True
     scene.cycles.rolling_shutter_type = "TOP"
     render_expecting("Rolling Shutter")
 
 
 def test_culling():
-    scene = build_scene()
+    scene = build_scene("GATHER")
     scene.render.use_simplify = scene.cycles.use_distance_cull = True
     render_expecting("Culling")
 
 
 def test_mist_of_an_orthographic_camera():
-    build_scene().camera.data.type = "ORTHO"
+    build_scene("GATHER").camera.data.type = "ORTHO"
     bpy.context.view_layer.use_pass_mist = True
     render_expecting("Mist pass")
 
 
 @pytest.mark.parametrize("grouped", [False, True])
 def test_window_coordinates(grouped):
-    build_scene()
+    build_scene("GATHER")
     material = bpy.data.materials["ShaderNodeBsdfDiffuse"]
     tree = material.node_tree
     diffuse = next(node for node in tree.nodes if node.type == "BSDF_DIFFUSE")
@@ -127,13 +128,13 @@ def test_window_coordinates(grouped):
 
 
 def test_lamp_as_camera():
-    scene = build_scene()
+    scene = build_scene("GATHER")
     scene.camera = next(made for made in scene.objects if made.type == "LIGHT")
     render_expecting("not a camera")
 
 
 def test_vector_pass():
-    build_scene()
+    build_scene("GATHER")
     bpy.context.view_layer.use_pass_vector = True
     render_expecting("Vector pass")
 

@@ -72,12 +72,14 @@ def test_forecast_tells_every_refusal():
     scene = build_scene()
     assert forecast.refusals(scene, bpy.context.view_layer) == []
     scene.camera.data.type = "CUSTOM"
+    assert forecast.refusals(scene, bpy.context.view_layer) == []
+    assert "custom lens" in told(forecast.render_calls, scene)
     scene.spectral_tiles.tile = "FILE"
-    told = forecast.refusals(scene, bpy.context.view_layer)
-    assert len(told) == 2
+    messages = forecast.refusals(scene, bpy.context.view_layer)
+    assert len(messages) == 2
     with pytest.raises(RuntimeError) as refused:
         bpy.ops.render.render()
-    assert told[0] in str(refused.value)
+    assert messages[0] in str(refused.value)
 
 
 def test_forecast_without_a_camera():
@@ -85,13 +87,14 @@ def test_forecast_without_a_camera():
     layer = bpy.context.view_layer
     layer.use_pass_mist = layer.use_pass_vector = True
     bpy.data.objects.remove(scene.camera)
-    for name in ("GATHER", "SUBRENDER"):
+    for name in ("GATHER", "IN_PLACE", "SUBRENDER"):
         scene.spectral_tiles.driver = name
         assert "no camera" in forecast.refusals(scene, layer)[0]
 
 
 def test_forecast_tells_of_the_shading():
     scene = build_scene()
+    scene.spectral_tiles.driver = "GATHER"
     tree = bpy.data.materials[0].node_tree
     node = tree.nodes.new("ShaderNodeTexCoord")
     bsdf = next(found for found in tree.nodes if found.type == "BSDF_DIFFUSE")
@@ -103,44 +106,48 @@ def test_forecast_tells_of_the_shading():
     assert forecast.refusals(scene, bpy.context.view_layer) == []
 
 
+def told(tells, scene):
+    return tells(scene, bpy.context.view_layer)
+
+
 def test_forecast_tells_the_driver_and_why(monkeypatch):
     scene = build_scene()
-    assert forecast.render_calls(scene).startswith("Gather, the faster driver: one Cycles render")
+    assert told(forecast.render_calls, scene).startswith("Gather, the faster driver: one Cycles render")
     scene.spectral_tiles.driver = "GATHER"
-    assert forecast.render_calls(scene).startswith("Gather: one Cycles render")
+    assert told(forecast.render_calls, scene).startswith("Gather: one Cycles render")
     scene.spectral_tiles.driver = "SUBRENDER"
-    assert "Sub-renders: 256 small Cycles renders" in forecast.render_calls(scene)
+    assert "Sub-renders: 256 small Cycles renders" in told(forecast.render_calls, scene)
     scene.spectral_tiles.driver = "AUTO"
     monkeypatch.setattr(driver.cycles, "with_osl", lambda: False)
-    assert "no Open Shading Language" in forecast.render_calls(scene)
+    assert "no Open Shading Language" in told(forecast.render_calls, scene)
     assert forecast.refusals(scene, bpy.context.view_layer) == []
 
 
 def test_ignored_settings_are_told():
     scene = build_scene()
-    assert forecast.ignored(scene) == []
+    assert told(forecast.ignored, scene) == []
     cycles = scene.cycles
     cycles.use_adaptive_sampling = True
     cycles.time_limit = 5.0
     bpy.context.view_layer.samples = 3
-    assert len(forecast.ignored(scene)) == 3
+    assert len(told(forecast.ignored, scene)) == 3
     driver.set_samples(cycles, 1)
-    assert forecast.ignored(scene) == []
+    assert told(forecast.ignored, scene) == []
 
 
 def test_zoom_that_does_not_blur_is_told():
     scene = build_scene()
     zoom(scene.camera.data)
-    assert forecast.ignored(scene) == []
+    assert told(forecast.ignored, scene) == []
     scene.render.use_motion_blur = True
-    assert len(forecast.ignored(scene)) == 1
+    assert len(told(forecast.ignored, scene)) == 1
     scene.spectral_tiles.driver = "SUBRENDER"
-    assert forecast.ignored(scene) == []
+    assert told(forecast.ignored, scene) == []
     scene.spectral_tiles.driver = "GATHER"
     scene.camera.data.animation_data_clear()
-    assert forecast.ignored(scene) == []
+    assert told(forecast.ignored, scene) == []
     scene.camera.data.driver_add("sensor_width")
-    assert len(forecast.ignored(scene)) == 1
+    assert len(told(forecast.ignored, scene)) == 1
 
 
 def preset_files():
@@ -253,11 +260,11 @@ def test_forecast_tells_what_a_frame_costs(monkeypatch):
     """A plan's time follows the pixels, and the frames of a group that it holds; its memory the pixels."""
     scene = build_scene(1000)
     monkeypatch.setattr(plan.memory, "pace", 5e-6)
-    assert forecast.overhead(scene) == "Adds about 5 s once for frames of this size, and up to 240 MB of memory"
+    assert told(forecast.overhead, scene) == "Adds about 5 s once for frames of this size, and up to 240 MB of memory"
     scene.cycles.use_animated_seed = True
-    assert "about 20 s once" in forecast.overhead(scene)
+    assert "about 20 s once" in told(forecast.overhead, scene)
     scene.render.resolution_percentage = 10
-    assert forecast.overhead(scene) == "Adds less than a second a frame, and up to 210 MB of memory"
+    assert told(forecast.overhead, scene) == "Adds less than a second a frame, and up to 210 MB of memory"
 
 
 @pytest.mark.parametrize(("seconds", "words"), [(8, "8 s"), (128, "2 min 8 s"), (7500, "2 h 5 min")])
@@ -278,11 +285,15 @@ def test_forecast_tells_how_long_sub_renders_take(monkeypatch):
     scene = build_scene()
     scene.spectral_tiles.driver = "SUBRENDER"
     monkeypatch.setattr(progress.Progress, "pace", None)
-    assert "256 small" in forecast.render_calls(scene) and "1 s at least" in forecast.overhead(scene)
+    assert "256 small" in told(forecast.render_calls, scene) and "1 s at least" in forecast.overhead(
+        scene, bpy.context.view_layer
+    )
     scene.spectral_tiles.samples = 1
     bpy.ops.render.render()
     assert 0.0 < progress.Progress.pace < 5.0
     progress.Progress.pace = 0.5
-    assert "about 2 min 8 s" in forecast.overhead(scene)
+    assert "about 2 min 8 s" in told(forecast.overhead, scene)
     scene.spectral_tiles.samples = 32
-    assert "512 small" in forecast.render_calls(scene) and "about 4 min 16 s" in forecast.overhead(scene)
+    assert "512 small" in forecast.render_calls(scene, bpy.context.view_layer) and "about 4 min 16 s" in told(
+        forecast.overhead, scene
+    )

@@ -129,7 +129,7 @@ def panel():
     shoot("panel_tile")
     icons = module("tile_picture").icons(module("library").tile(scene.spectral_tiles))
     note(uses=forecast.uses(scene, layer), refusals=forecast.refusals(scene, layer), icons=icons)
-    note(overhead=forecast.overhead(scene))
+    note(overhead=forecast.overhead(scene, layer))
     scene.spectral_tiles.tile = "AUTO"
     # As it is where there is Open Shading Language, which Debian's Blender lacks.
     driver = module("driver")
@@ -137,7 +137,7 @@ def panel():
     redraw()
     yield from idle(1)
     shoot("panel_gather")
-    note(overhead_of_gather=forecast.overhead(scene))
+    note(overhead_of_gather=forecast.overhead(scene, layer))
     driver.check_build = check_build
     scene.camera.data.type = "CUSTOM"
     redraw()

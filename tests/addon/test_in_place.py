@@ -1,0 +1,129 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The IN_PLACE driver: Cycles' own pictures, but for the noise that is known."""
+
+import bpy
+import numpy as np
+import pytest
+
+from addon import forecast
+from tests import rendering
+
+
+def build_scene(samples=2):
+    """A moving floor, seen through an open lens, under two lamps: which of them is chosen makes most of the noise."""
+    scene = rendering.empty_scene(40, 32)
+    camera = rendering.add_camera((0, 0, 5))
+    camera.data.dof.use_dof, camera.data.dof.aperture_fstop = True, 0.2
+    floor = rendering.add_plane(20, rendering.diffuse())
+    floor.keyframe_insert("location", frame=0)
+    floor.location.x = 0.5
+    floor.keyframe_insert("location", frame=2)
+    rendering.add_light("AREA", 100, (-2, 0, 3), size=0.5)
+    rendering.add_light("AREA", 300, (2, 0, 3), size=0.5)
+    scene.render.use_motion_blur = True
+    scene.cycles.pixel_filter_type = "BLACKMAN_HARRIS"
+    scene.cycles.sampling_pattern = "BLUE_NOISE"
+    scene.spectral_tiles.driver = "IN_PLACE"
+    scene.spectral_tiles.samples = samples
+    return scene
+
+
+def custom_camera(scene):
+    """A lens of the user's own: a pinhole that sees a plane at an angle."""
+    text = bpy.data.texts.new("lens.osl")
+    text.write(
+        "shader lens(output point position = 0.0, output vector direction = 0.0, output color throughput = 1.0)\n"
+        "{ vector at = camera_shader_raster_position(); direction = vector(at[0] - 0.5, at[1] - 0.5, 1.0); }"
+    )
+    scene.camera.data.type = "CUSTOM"
+    scene.camera.data.custom_shader = text
+
+
+CHANGES = {
+    "nothing": lambda scene: None,
+    "border": lambda scene: (
+        setattr(scene.render, "use_border", True),
+        setattr(scene.render, "border_min_x", 0.3),
+        setattr(scene.render, "border_max_y", 0.7),
+    ),
+    "custom lens": custom_camera,
+    "rolling shutter": lambda scene: setattr(scene.cycles, "rolling_shutter_type", "TOP"),
+    "culling": lambda scene: (
+        setattr(scene.render, "use_simplify", True),
+        setattr(scene.cycles, "use_camera_cull", True),
+    ),
+    "vector": lambda scene: (
+        setattr(scene.render, "use_motion_blur", False),
+        setattr(bpy.context.view_layer, "use_pass_vector", True),
+    ),
+    "sample subset": lambda scene: (
+        setattr(scene.cycles, "use_sample_subset", True),
+        setattr(scene.cycles, "sample_offset", 1),
+        setattr(scene.cycles, "sample_subset_length", 1),
+    ),
+}
+
+
+@pytest.mark.parametrize("change", CHANGES)
+def test_without_control_variates_it_is_cycles(tmp_path, change):
+    """All passes, to the bit."""
+    scene = build_scene()
+    CHANGES[change](scene)
+    scene.spectral_tiles.control_variates = False
+    assert forecast.refusals(scene, bpy.context.view_layer) == []
+    ours, native = (rendering.render(tmp_path, engine, 2, seed=3) for engine in ("SPECTRAL_TILES", "CYCLES"))
+    assert ours.keys() == native.keys()
+    for name, pixels in native.items():
+        assert np.array_equal(ours[name], pixels, equal_nan=True), name
+
+
+@pytest.mark.parametrize(
+    ("change", "reason"),
+    [
+        ("custom lens", "has a custom lens"),
+        ("rolling shutter", "Rolling Shutter"),
+        ("culling", "Culling"),
+        ("vector", "Vector pass"),
+    ],
+)
+def test_it_serves_where_samples_cannot_be_moved(tmp_path, change, reason):
+    scene, layer = build_scene(), bpy.context.view_layer
+    scene.spectral_tiles.driver = "AUTO"
+    assert forecast.render_calls(scene, layer).startswith("Gather")
+    CHANGES[change](scene)
+    calls = forecast.render_calls(scene, layer)
+    assert calls.startswith("In Place") and reason in calls
+    assert forecast.refusals(scene, layer) == []
+    by_itself = rendering.beauty(rendering.render(tmp_path, "SPECTRAL_TILES"))
+    scene.spectral_tiles.driver = "IN_PLACE"
+    assert np.array_equal(by_itself, rendering.beauty(rendering.render(tmp_path, "SPECTRAL_TILES")))
+
+
+@pytest.mark.parametrize("change", ["nothing", "custom lens", "rolling shutter"])
+def test_known_noise_goes_and_the_expectation_stays(tmp_path, change):
+    scene = build_scene(1)
+    scene.render.resolution_x, scene.render.resolution_y = 64, 48
+    CHANGES[change](scene)
+    native = rendering.stack(tmp_path, "CYCLES", range(24))
+    ours = rendering.stack(tmp_path, "SPECTRAL_TILES", range(100, 124))
+    rendering.assert_same_expectation(ours, native, block=8)
+    assert ours.var(axis=0).mean() < 0.7 * native.var(axis=0).mean()
+
+
+@pytest.mark.parametrize("persistent", [False, True])
+def test_each_seed_is_heeded(tmp_path, persistent):
+    """Numbers that were not those of the picture would explain nothing."""
+    scene = build_scene(1)
+    scene.render.resolution_x, scene.render.resolution_y = 64, 48
+    scene.render.use_persistent_data = persistent
+    first, second, again = (rendering.beauty(rendering.render(tmp_path, "SPECTRAL_TILES", 1, s)) for s in (1, 2, 1))
+    assert np.array_equal(first, again) and not np.array_equal(first, second)
+
+
+@pytest.mark.parametrize(("name", "value"), [("tile", "SPECTRAL"), ("filter", "GAUSSIAN"), ("adaptive", "THRESHOLD")])
+def test_samples_that_must_move_are_refused(name, value):
+    scene = build_scene()
+    scene.render.engine = "SPECTRAL_TILES"
+    setattr(scene.spectral_tiles, name, value)
+    with pytest.raises(RuntimeError, match="In Place takes Cycles' own samples"):
+        bpy.ops.render.render()
