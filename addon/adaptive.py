@@ -45,6 +45,9 @@ _LOOSE = 0.5
 # Modes that may explain noise, of those that are strongest in pixels of each level.
 _MODES = 48
 
+# Between the seeds of the plan and of larger blocks, beyond any animation's.
+APART = 1 << 30
+
 # Mitchell 1987, section 3: contrasts of red, green and blue that ask for more samples.
 _CONTRASTS = np.array((0.4, 0.3, 0.6), np.float32)
 
@@ -88,11 +91,35 @@ def rates_over_threshold(samples):
     return Rates(samples, samples, 4 * samples)
 
 
+def rates_of(settings):
+    """Rates that a scene's settings (`properties`) ask for; the same rate everywhere has no larger blocks."""
+    samples = settings.samples
+    if settings.adaptive == "THRESHOLD":
+        return rates_over_threshold(samples)
+    if settings.adaptive == "BUDGET" and samples > 1:
+        return rates_in_budget(samples)
+    return Rates(samples, samples, 0)
+
+
+def chooser(settings, in_budget, over_threshold):
+    """What a scene's settings have levels chosen by: picture at the base rate -> levels; None for the same everywhere.
+
+    Parameters
+    ----------
+    settings : properties.SpectralTilesSettings
+    in_budget, over_threshold : callable
+        As `levels_in_budget` and `levels_over_threshold`.
+    """
+    rates, threshold = rates_of(settings), settings.adaptive_threshold
+    if not rates.extra:
+        return None
+    if settings.adaptive == "THRESHOLD":
+        return lambda picture: over_threshold(picture, threshold)
+    return lambda picture: in_budget(picture, rates)
+
+
 def levels_in_budget(picture, rates):
     """Levels that leave the least mean square error when the mean is to be `rates.whole` samples.
-
-    Raising r samples of a pixel of variance v to s lowers its error by v / r - v / s = (s - r) v / rs, so steps are
-    taken in the order of v / rs.
 
     Parameters
     ----------
@@ -105,15 +132,39 @@ def levels_in_budget(picture, rates):
     int8 array, shape (height, width)
         0, 1 or 2.
     """
-    variance = _variance(picture)
-    worth = np.log2(variance + _DOUBT * variance.mean() + 1e-30)
+    return levels_by_variance(_variance(picture), rates)
+
+
+def levels_by_variance(variance, rates, pixels=None):
+    """Levels of pixels, or of parts of the picture, that leave the least mean square error within the budget.
+
+    Raising r samples of a pixel of variance v to s lowers its error by v / r - v / s = (s - r) v / rs, so steps are
+    taken in the order of v / rs.
+
+    Parameters
+    ----------
+    variance : float32 array
+        Of a pixel's single sample.
+    rates : Rates
+    pixels : int array of the same shape, optional
+        How many pixels each part has; one by default.
+
+    Returns
+    -------
+    int8 array of the same shape
+    """
+
+    def of_pixels(values):
+        return values if pixels is None else np.repeat(values, pixels)
+
+    worth = np.log2(variance + _DOUBT * of_pixels(variance).mean() + 1e-30)
     worth += _DITHER * np.random.default_rng(0).random(worth.shape, np.float32)
     counts = rates.counts
     steps = np.log2([_BROKEN, 1.0]) - np.log2(counts[:-1] * counts[1:])
     # What a pixel must be worth for a second step beside what it must be for the first.
     dearer = np.float32([0.0, steps[0] - steps[1]])
-    budget = (rates.whole - rates.base) * worth.size
-    worths = np.sort(worth, axis=None)
+    worths = np.sort(of_pixels(worth), axis=None)
+    budget = (rates.whole - rates.base) * worths.size
 
     def is_affordable(least):
         takers = worths.size - np.searchsorted(worths, least + dearer)
@@ -226,16 +277,21 @@ def _variance(picture):
     Half the mean square difference of next neighbours.  What changes slowly, or at an edge only, adds little to that,
     unlike to the variance of all neighbours together.
     """
-    seen = np.stack([picture[..., :3] @ _LUMINANCE, picture[..., 3]])
     # Of each pixel: the sum over its pairs with a neighbour, and how many these are.
-    sums = np.zeros((2, *seen.shape[1:]), np.float32)
-    for axis in (1, 2):
-        halves = 0.5 * np.square(np.diff(seen, axis=axis)).sum(axis=0)
+    sums = np.zeros((2, *picture.shape[:2]), np.float32)
+    for axis in (0, 1):
+        halves = variance_of_pairs(picture, axis)
         pairs = np.stack([halves, np.ones_like(halves)])
         for ends in (slice(None, -1), slice(1, None)):
-            sums[(slice(None),) * axis + (ends,)] += pairs
+            sums[(slice(None),) * (axis + 1) + (ends,)] += pairs
     squares, count = _around(sums)
     return np.maximum(squares, 0.0) / np.maximum(count, 1e-6)
+
+
+def variance_of_pairs(picture, axis):
+    """Variance of luminance and alpha that next neighbours along an axis tell: one less along it than pixels."""
+    seen = np.stack([picture[..., :3] @ _LUMINANCE, picture[..., 3]])
+    return 0.5 * np.square(np.diff(seen, axis=axis + 1)).sum(axis=0)
 
 
 def _around(sums):

@@ -8,6 +8,7 @@ import bpy
 from bpy_extras.anim_utils import animdata_get_channelbag_for_assigned_slot
 
 from . import (
+    adaptive,
     analysis,
     automatic,
     driver,
@@ -128,6 +129,8 @@ def render_calls(scene, layer):
     calls = (
         f"Sub-renders: {subrender.sub_renders(scene):,} small Cycles renders, one for each cell of the tile and sample"
     )
+    if adaptive.rates_of(scene.spectral_tiles).extra:
+        calls += "; then several times as many, smaller ones where the picture needs more"
     return f"{calls}. {driver.why_not_gather(scene)}" if is_free else calls
 
 
@@ -136,8 +139,8 @@ def overhead(scene, layer):
     chosen = _driver(scene, layer)
     if chosen is subrender:
         count, pace = subrender.sub_renders(scene), progress.Progress.pace
-        if pace is None:
-            return f"Takes {progress.duration(max(1.0, count * progress.LEAST))} at least"
+        if pace is None or adaptive.rates_of(scene.spectral_tiles).extra:
+            return f"Takes {progress.duration(max(1.0, count * (pace or progress.LEAST)))} at least"
         return f"Takes about {progress.duration(count * pace)} if each takes as long as the last ones did"
     pixels = Region.of_render(scene.render).pixels
     memory_used = f"up to {math.ceil((_PARTS + pixels * _BYTES) / 1e7)}0 MB of memory"

@@ -170,9 +170,11 @@ def prepare(engine, data, depsgraph):
     region = Region.of_render(scene.render)
     use = scene_use(depsgraph)
     seed, frame = driver.seed_and_frame(scene)
-    rates, choose_levels = _rates(settings)
+    rates = adaptive.rates_of(settings)
+    choose_levels = adaptive.chooser(settings, adaptive.levels_in_budget, adaptive.levels_over_threshold)
     tile = library.tile(settings, scene.library, use.dims)
-    if tile is None and follows_tile(settings, use):
+    if tile is None and use.is_direct and use.dims and settings.samples == 1:
+        # Nothing but the tile's own dimensions is left to chance, and the rest need not be spared.
         tile = library.spectral(use.dims)
     if tile is not None:
         tile = aperture.fitted(tile, use.blades)
@@ -229,27 +231,6 @@ def prepare(engine, data, depsgraph):
         before=before,
         facts=facts,
     )
-
-
-def follows_tile(settings, use):
-    """Whether the samples of a scene that uses this (SceneUse, or None if unknown) are to be those of a tile."""
-    if settings.tile != "AUTO":
-        return True
-    # Nothing but the tile's own dimensions is left to chance, and the rest need not be spared.
-    return use is not None and use.is_direct and bool(use.dims) and settings.samples == 1
-
-
-def _rates(settings):
-    """Samples of a pixel at each level, and what chooses between these (see `Job`)."""
-    samples = settings.samples
-    if settings.adaptive == "THRESHOLD":
-        threshold = settings.adaptive_threshold
-        rates = adaptive.rates_over_threshold(samples)
-        return rates, lambda picture: adaptive.levels_over_threshold(picture, threshold)
-    if settings.adaptive == "BUDGET" and samples > 1:
-        rates = adaptive.rates_in_budget(samples)
-        return rates, lambda picture: adaptive.levels_in_budget(picture, rates)
-    return adaptive.Rates(samples, samples, 0), None
 
 
 def render(engine, depsgraph, job):

@@ -30,6 +30,10 @@ class Progress:
         self._count = count
         self._told = self._loaded = time.monotonic()
 
+    def expect(self, count):
+        """So many more are to come."""
+        self._count = self.done + count
+
     def step(self):
         """Another one is done; return what to tell the user, if it is time to, or None."""
         self.done += 1

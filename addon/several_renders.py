@@ -1,25 +1,20 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Several Cycles renders of the GATHER driver that make one picture: of each sample, or of more where it is noisy."""
 
-import itertools
 import os
 
 import bpy
 import numpy as np
 from cycles import engine as cycles
 
-from . import denoising, display, driver, film, main_thread, spots
-from .in_order import as_rendered, cleaned, rendered, without_noise
-from .reconstruction import Filter, Reconstruction, by_importance, positions
+from . import display, driver, film, main_thread, mixed_rates, spots
+from .adaptive import APART
+from .in_order import as_rendered, rendered, without_noise
+from .mixed_rates import planes
+from .reconstruction import Reconstruction, by_importance, positions
 
 # File name of the plan's image.
 PLAN = "plan.tif"
-
-# Cycles' pass with the number of samples that each pixel got.
-_SAMPLE_COUNT = "Debug Sample Count"
-
-# Between the seeds of the plan and of spots, beyond any animation's.
-_APART = 1 << 30
 
 
 def filtered(engine, depsgraph, job):
@@ -29,10 +24,10 @@ def filtered(engine, depsgraph, job):
         if first and engine.test_break():
             break
         ((passes, where, share),) = _of_plan(engine, depsgraph, job, sample, 1, _everywhere(job))
-        planes = _planes(job, without_noise(engine, job, passes, sample, 1))
+        light = planes(job, without_noise(engine, job, passes, sample, 1))
         if first is None:
-            first, sums = passes, Reconstruction(job.filter, *planes.shape)
-        sums.add(planes, where, share / job.rates.base)
+            first, sums = passes, Reconstruction(job.filter, *light.shape)
+        sums.add(light, where, share / job.rates.base)
     return film.with_colours(first, sums.pixels())
 
 
@@ -41,47 +36,20 @@ def adapted(engine, depsgraph, job):
     rates = job.rates
     engine.shown = display.InOrder(job.region, job.plan)
     base = list(_of_plan(engine, depsgraph, job, 0, rates.base, _everywhere(job)))
-    first = base[0][0]
-    picture = _base_picture(job, [passes for passes, _, _ in base])
+    picture = mixed_rates.base_picture(job, [passes for passes, _, _ in base])
     # Further renders show nothing that is better.
     engine.shown = display.Picture(job.region, picture.reshape(-1, 4))
     levels = _levels(job, picture)
-    count = rates.counts[levels].astype(np.float32)
-    base_weight = rates.base_weight[levels]
-    total = count - rates.base * (1.0 - base_weight)
-    noisiest = spots.make(levels == 2, job.region, rates.extra // rates.whole, job.seed ^ _APART)
-    parts = itertools.chain(
-        ((_planes(job, passes), where, share * base_weight) for passes, where, share in base),
+    noisiest = spots.make(levels == 2, job.region, rates.extra // rates.whole, job.seed ^ APART)
+    return mixed_rates.mixed(
+        engine,
+        job,
+        base[0][0],
+        ((planes(job, passes), where, share) for passes, where, share in base),
         _further(engine, depsgraph, job, levels == 1, noisiest),
+        levels,
+        job.without_noise and (lambda light: job.without_noise(light, levels, noisiest)),
     )
-    used, mean, sums = [], 0.0, None
-    for planes, where, share in parts:
-        weight = share / total
-        mean += weight * planes
-        sums = sums or Reconstruction(job.filter or Filter("BOX", 1.0), *planes.shape)
-        sums.add(planes, where, weight)
-        used.append((where, weight))
-        if engine.test_break():
-            break
-    result = sums.pixels()
-    if job.without_noise and not engine.test_break():
-        clean = cleaned(job, film.with_colours(first, mean), lambda planes: job.without_noise(planes, levels, noisiest))
-        noise = mean - _planes(job, clean)
-        if job.filter:
-            sums = Reconstruction(job.filter, *noise.shape)
-            for where, weight in used:
-                sums.add(noise, where, weight)
-            noise = sums.pixels()
-        result -= noise
-    passes = film.with_colours(first, result)
-    return passes | {key: count.reshape(-1, 1) for key in passes if key[0] == _SAMPLE_COUNT}
-
-
-def _base_picture(job, shots):
-    """The picture at the base rate: (height, width, 4)."""
-    width, height = job.region.size
-    picture = np.mean([film.combined(passes | denoising.noisy(passes)) for passes in shots], axis=0)
-    return picture.reshape(height, width, 4)
 
 
 def _levels(job, picture):
@@ -94,7 +62,7 @@ def _further(engine, depsgraph, job, completed, noisiest):
     base, whole = job.rates.base, job.rates.whole
     if whole > base and completed.any():
         for passes, where, share in _of_plan(engine, depsgraph, job, base, whole - base, completed):
-            yield _planes(job, passes), where, share
+            yield planes(job, passes), where, share
     for some in noisiest:
         yield from _of_spots(engine, depsgraph, job, some)
 
@@ -129,10 +97,10 @@ def _of_spots(engine, depsgraph, job, chosen):
         _restrict(engine, depsgraph, job, chosen.plan, name, sample, samples, at_render, chosen.plan.film >= 0)
         # Only then does Cycles take notice of another seed.
         cycles.reset(engine, bpy.data, depsgraph)
-        planes = _planes(job, as_rendered(engine, depsgraph, job)).reshape(-1, job.region.pixels)
+        light = planes(job, as_rendered(engine, depsgraph, job)).reshape(-1, job.region.pixels)
         for servants, place in zip(chosen.servants, where, strict=True):
-            moved = np.zeros((len(planes), job.region.pixels), np.float32)
-            moved[:, chosen.film] = planes[:, servants]
+            moved = np.zeros((len(light), job.region.pixels), np.float32)
+            moved[:, chosen.film] = light[:, servants]
             share = np.zeros(job.region.pixels, np.float32)
             share[chosen.film] = samples
             yield moved.reshape(-1, height, width), place, share.reshape(height, width)
@@ -141,11 +109,6 @@ def _of_spots(engine, depsgraph, job, chosen):
 def _shots(job, first, count):
     """Parts of the sequence, as (first sample, count), that are rendered at once: for a filter one by one."""
     return [(sample, 1) for sample in range(first, first + count)] if job.filter else [(first, count)]
-
-
-def _planes(job, passes):
-    width, height = job.region.size
-    return film.colours(passes, height, width)
 
 
 def _everywhere(job):

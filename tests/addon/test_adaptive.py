@@ -118,7 +118,7 @@ def test_cycles_draws_what_spots_count_on(tmp_path, monkeypatch):
     monkeypatch.setattr(several_renders, "adapted", lambda *given: jobs.append(given[-1]) or adapted(*given))
     picture = rendering.beauty(rendering.render(tmp_path, "SPECTRAL_TILES", 2, seed=3))[::-1]
     (job,) = jobs
-    (found,) = spots.make(levels == 2, job.region, 2, job.seed ^ several_renders._APART)
+    (found,) = spots.make(levels == 2, job.region, 2, job.seed ^ adaptive.APART)
     first = job.plan.at_film(job.region)[0].ravel()[found.film] * np.uint32(2)
     block = found.ranks * np.uint32(4) + np.arange(4, dtype=np.uint32)[:, None]
     base, extra = (cycles_random.sequence_values(index, ["light.u"])[..., 0] for index in (first, block))

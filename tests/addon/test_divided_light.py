@@ -18,6 +18,7 @@ from tests import rendering
         {"driver": "GATHER", "adaptive": "BUDGET"},
         {"driver": "SUBRENDER"},
         {"driver": "SUBRENDER", "filter": "GAUSSIAN"},
+        {"driver": "SUBRENDER", "adaptive": "BUDGET"},
     ],
     ids=lambda settings: " ".join(settings.values()),
 )

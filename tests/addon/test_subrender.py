@@ -410,10 +410,14 @@ def cryptomatte_at_two_samples(scene):
     bpy.context.view_layer.use_pass_cryptomatte_object = True
 
 
+def adapted_subset(scene):
+    scene.spectral_tiles.adaptive, scene.cycles.use_sample_subset = "BUDGET", True
+
+
 @pytest.mark.parametrize(
     ("change", "message"),
     [
-        (lambda scene: setattr(scene.spectral_tiles, "adaptive", "BUDGET"), "Adaptive"),
+        (adapted_subset, "sample subset"),
         (lambda scene: setattr(scene.cycles, "rolling_shutter_type", "TOP"), "rolling shutter"),
         (lambda scene: setattr(scene.camera.data, "type", "CUSTOM"), "custom"),
         (cull_by_camera, "Camera Culling"),
