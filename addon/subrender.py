@@ -73,7 +73,7 @@ class Job:
     filter : Filter or None
         What samples are spread by; None leaves that to the places where they are taken.
     without_noise : callable or None
-        Of `control_variates.of_picture`; None leaves the noise in.
+        Of `control_variates.of_picture`, for samples that all pixels take; None leaves the noise in.
     """
 
     data: bpy.types.BlendData
@@ -209,7 +209,7 @@ def prepare(engine, data, depsgraph):
         parts = cell_levels.Parts(region, larger.plan.side)
         choose_levels = adaptive.chooser(settings, parts.levels_in_budget, parts.levels_over_threshold)
     without_noise, noise = None, ""
-    if driver.takes_out_noise(settings) and not choose_levels:
+    if driver.takes_out_noise(settings):
         if layers.is_whole(scene):
             without_noise = control_variates.of_picture(use, cells.plan.drawn(region), cells.plan.side)
         else:
@@ -272,19 +272,25 @@ def _even(engine, job, renders, shots, progress):
 
 
 def _adapted(engine, job, renders, shots, progress):
-    """The picture after each sample of the base, then that of all samples."""
+    """The picture after each sample of the base, then that of all samples.
+
+    Noise that is known is taken out of the base, the only samples that all pixels have.  (Larger blocks have periods so
+    short that nobody around has other numbers.)
+    """
     width, height = job.region.size
     everywhere = np.ones((height, width), np.float32)
     base = []
     for sample, passes, mean in _samples(engine, job, renders, shots, range(job.rates.base)):
         yield mean
         if job.filter and passes:
-            base.append((mixed_rates.planes(job, passes), _positions(job, job.cells, sample), everywhere))
+            light = mixed_rates.planes(job, in_order.without_noise(engine, job, passes, sample, 1))
+            base.append((light, _positions(job, job.cells, sample), everywhere))
     if engine.test_break():
         return
     if not job.filter:
+        light = mixed_rates.planes(job, in_order.without_noise(engine, job, mean, 0, job.rates.base))
         # Samples stay in their pixels, wherever they lie.
-        base = [(mixed_rates.planes(job, mean), _positions(job, job.cells, 0), job.rates.base * everywhere)]
+        base = [(light, _positions(job, job.cells, 0), job.rates.base * everywhere)]
     levels = job.choose_levels(mixed_rates.base_picture(job, [mean]))
     further = _further(engine, job, renders, progress, levels, mean)
     yield mixed_rates.mixed(engine, job, mean, base, further, levels)

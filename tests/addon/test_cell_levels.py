@@ -126,7 +126,7 @@ def test_expectation_stays_and_more_samples_go_to_the_noise(tmp_path, chosen):
     """Native Cycles' expectation, or that of the other driver, which has our filters."""
     scene = scene_with_a_shadow()
     scene.spectral_tiles.filter = chosen
-    others = rendering.stack(tmp_path, "CYCLES" if chosen == "AS_CYCLES" else "SPECTRAL_TILES", range(12), 4)
+    others = rendering.stack(tmp_path, "CYCLES" if chosen == "AS_CYCLES" else "SPECTRAL_TILES", range(8), 4)
     use_sub_renders("BUDGET")
     passes = [rendering.render(tmp_path, "SPECTRAL_TILES", 2, seed) for seed in range(8)]
     rendering.assert_same_expectation(np.stack([rendering.beauty(one) for one in passes]), others)
@@ -163,7 +163,7 @@ def test_pixels_are_what_their_samples_are(tmp_path, monkeypatch):
     rendering.add_camera(type="ORTHO", ortho_scale=1)
     rendering.add_plane(4, rendering.diffuse(), (1, 0, 0))
     rendering.add_parametric_light()
-    use_sub_renders("BUDGET")
+    use_sub_renders("BUDGET").control_variates = False
     levels, jobs, render = choose_by_halves(monkeypatch), [], subrender.render
     monkeypatch.setattr(subrender, "render", lambda *given: jobs.append(given[-1]) or render(*given))
     picture = rendering.beauty(rendering.render(tmp_path, "SPECTRAL_TILES", 2, seed=3))[::-1]
@@ -179,6 +179,27 @@ def test_pixels_are_what_their_samples_are(tmp_path, monkeypatch):
     whole, larger = drawn(job.cells), drawn(job.larger)
     wanted = np.choose(levels, [whole[..., 0], whole.mean(axis=2), (0.5 * whole[..., 0] + larger.sum(axis=2)) / 4.5])
     assert np.abs(picture[..., 0] / picture[..., 2] - wanted).max() < 4e-3
+
+
+def test_known_noise_of_the_base_goes(tmp_path, monkeypatch):
+    """Where pixels stay at the base rate, a floor's noise is that of which lamp was chosen, and is taken out."""
+    monkeypatch.setattr(cell_plan, "_DIFFERENT", 256)
+    scene = rendering.empty_scene(64, 64)
+    rendering.add_camera((0, 0, 5))
+    rendering.add_plane(20, rendering.diffuse())
+    rendering.add_light("AREA", 100, (-2, 0, 3), size=0.5)
+    rendering.add_light("AREA", 300, (2, 0, 3), size=0.5)
+    scene.cycles.max_bounces = 0
+    truth = rendering.beauty(rendering.render(tmp_path, "CYCLES", samples=256))
+    levels = np.zeros((64, 64), np.int8)
+    levels[:, 32:] = 2
+    monkeypatch.setattr(Parts, "levels_in_budget", lambda self, picture, rates: levels)
+    errors = {}
+    for switched_on in (False, True):
+        use_sub_renders("BUDGET").control_variates = switched_on
+        errors[switched_on] = (rendering.beauty(rendering.render(tmp_path, "SPECTRAL_TILES", 2)) - truth) ** 2
+    assert errors[True][:, :32].mean() < 0.5 * errors[False][:, :32].mean()
+    assert errors[True][:, 32:].mean() <= 1.02 * errors[False][:, 32:].mean()
 
 
 def test_a_picture_without_noise_has_no_seams(tmp_path, monkeypatch):
