@@ -53,7 +53,8 @@ def mixed(engine, job, first, base, further, levels, clean=None):
         mean += weight * light
         sums = sums or Reconstruction(job.filter or Filter("BOX", 1.0), *light.shape)
         sums.add(light, where, weight)
-        used.append((where, weight))
+        if clean and job.filter:
+            used.append((where, weight))
         if engine.test_break():
             break
     result = sums.pixels()
