@@ -247,11 +247,13 @@ def test_forecast_tells_that_more_sub_renders_follow():
     settings = use_sub_renders("BUDGET")
     settings.samples = 4
     assert forecast.refusals(scene, bpy.context.view_layer) == []
-    assert "Sub-renders: 32 small Cycles renders" in forecast.render_calls(scene)
-    assert "several times as many" in forecast.render_calls(scene)
-    assert "at least" in forecast.overhead(scene)
+    assert "Sub-renders: 32 small Cycles renders" in forecast.render_calls(scene, bpy.context.view_layer)
+    assert "several times as many" in forecast.render_calls(scene, bpy.context.view_layer)
+    assert "at least" in forecast.overhead(scene, bpy.context.view_layer)
     settings.samples = 1
-    assert "16 small" in forecast.render_calls(scene) and "several times" not in forecast.render_calls(scene)
+    assert "16 small" in forecast.render_calls(
+        scene, bpy.context.view_layer
+    ) and "several times" not in forecast.render_calls(scene)
 
 
 def test_animation(tmp_path):
