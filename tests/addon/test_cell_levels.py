@@ -251,9 +251,8 @@ def test_forecast_tells_that_more_sub_renders_follow():
     assert "several times as many" in forecast.render_calls(scene, bpy.context.view_layer)
     assert "at least" in forecast.overhead(scene, bpy.context.view_layer)
     settings.samples = 1
-    assert "16 small" in forecast.render_calls(
-        scene, bpy.context.view_layer
-    ) and "several times" not in forecast.render_calls(scene)
+    calls = forecast.render_calls(scene, bpy.context.view_layer)
+    assert "16 small" in calls and "several times" not in calls
 
 
 def test_animation(tmp_path):
