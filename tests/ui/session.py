@@ -142,9 +142,14 @@ def panel():
     scene.camera.data.type = "CUSTOM"
     redraw()
     yield from idle(1)
+    shoot("panel_in_place")
+    note(calls_with_custom_camera=forecast.render_calls(scene, layer))
+    scene.spectral_tiles.driver = "SUBRENDER"
+    redraw()
+    yield from idle(1)
     shoot("panel_refused")
     note(refusals_of_custom_camera=forecast.refusals(scene, layer))
-    scene.camera.data.type = "PERSP"
+    scene.spectral_tiles.driver, scene.camera.data.type = "AUTO", "PERSP"
     scene.cycles.use_denoising = True
     note(refusals_of_denoising=forecast.refusals(scene, layer))
     scene.cycles.use_denoising = False
@@ -305,7 +310,7 @@ def off_and_on():
 def refused():
     """F12 and the comparison where they cannot be done: nothing is rendered, and Blender goes on."""
     scene = bpy.context.scene
-    scene.camera.data.type = "CUSTOM"
+    scene.spectral_tiles.driver, scene.camera.data.type = "SUBRENDER", "CUSTOM"
     press(F12)
     yield from until(rendering, 10)
     yield from until(lambda: not rendering(), RENDER)
@@ -315,7 +320,7 @@ def refused():
     except RuntimeError as error:
         note(comparison_of_refused=str(error))
     note(renders_after_refusal=rendering())
-    scene.camera.data.type = "PERSP"
+    scene.spectral_tiles.driver, scene.camera.data.type = "AUTO", "PERSP"
     press(ESCAPE)
     yield from idle(0.5)
 

@@ -79,6 +79,7 @@ def test_panel_tells_how_long_it_takes(facts):
 
 def test_panel_tells_that_a_camera_is_refused(facts):
     assert facts["refusals"] == []
+    assert facts["calls_with_custom_camera"].startswith("In Place")
     assert len(facts["refusals_of_custom_camera"]) == 1 and "custom (OSL)" in facts["refusals_of_custom_camera"][0]
 
 
