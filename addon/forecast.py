@@ -120,8 +120,8 @@ def render_calls(scene, layer):
     is_free = scene.spectral_tiles.driver == "AUTO"
     chosen = _driver(scene, layer)
     if chosen is in_place:
-        calls = "In Place: one Cycles render, known noise taken out afterwards"
-        return ". ".join([calls, *(_refusals(gather, scene, layer) if is_free else ())])
+        reasons = [message.partition(";")[0] for message in _refusals(gather, scene, layer)] if is_free else []
+        return ". ".join(["In Place: one Cycles render, known noise taken out afterwards", *reasons])
     if chosen is gather:
         renders = "several Cycles renders" if persistence.needed(scene) else "one Cycles render"
         why = ", the faster driver" if is_free else ""
