@@ -2,8 +2,8 @@
 """The IN_PLACE driver: Cycles' own render, pixels where they are, and known noise taken out afterwards.
 
 Nothing is planned and nobody aims the camera, so it costs little beside Cycles' render and takes any camera and device
-that Cycles has.  At one sample a pixel that is nearly all there is to gain where much light is indirect; several
-samples of neighbouring pixels complement each other better when they are arranged (`addon.gather`).
+that Cycles has.  Samples that are arranged (`addon.gather`) complement each other better: most where the lens makes the
+noise, and from several samples a pixel on.
 """
 
 from collections.abc import Callable
