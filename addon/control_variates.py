@@ -295,6 +295,7 @@ class _Blocks:
         self.waves[..., -1, :, :] *= inside[-1, :, 0]
         self.waves[..., -1, :] *= inside[:, -1, 0]
         self.waves = np.moveaxis(self.waves, 0, -2)
+        self._telling = inside[..., :_TELLING].sum(axis=-1).mean()
         self.size = _in_blocks(size)
         noise = _in_blocks(noise)
         limit = _OUTLIER * self.size.mean(axis=-1, keepdims=True)
@@ -311,7 +312,7 @@ class _Blocks:
         # the way of ours.
         waves = self.waves[..., :_TELLING]
         products = waves @ waves.swapaxes(-1, -2)
-        return products.reshape(-1, *products.shape[-2:]).mean(axis=0) / _TELLING
+        return products.reshape(-1, *products.shape[-2:]).mean(axis=0) / self._telling
 
     def listen(self, below, above, listening):
         """What the blocks around say of the noise.
