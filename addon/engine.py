@@ -5,12 +5,10 @@ Final renders go through a driver (`addon.drivers`); the viewport, previews and 
 just as Blender's Cycles add-on calls them (`addons_core/cycles/__init__.py`).
 """
 
-import functools
-
 import bpy
 from cycles import engine as cycles
 
-from . import driver, drivers, failure, shading, subrender
+from . import driver, drivers, failure, subrender
 
 
 class SpectralTilesRender(bpy.types.RenderEngine):
@@ -41,12 +39,9 @@ class SpectralTilesRender(bpy.types.RenderEngine):
         if self.native and not self.is_preview:
             driver.set_samples(depsgraph.scene_eval.cycles, depsgraph.scene.spectral_tiles.samples)
         elif not self.is_preview:
-            chosen = drivers.chosen(
-                depsgraph.scene_eval, depsgraph.view_layer_eval, functools.partial(shading.check, depsgraph)
-            )
-            self.job = failure.attempt(self, chosen.prepare, data, depsgraph)
+            self.job = failure.attempt(self, drivers.prepare, data, depsgraph)
             # Sub-renders have a session of their own.
-            if self.job is None or chosen is subrender:
+            if self.job is None or isinstance(self.job, subrender.Job):
                 return
         if not self.session:
             cycles.create(self, data, preview_osl=self.is_preview and bpy.context.scene.cycles.shading_system)
@@ -54,7 +49,7 @@ class SpectralTilesRender(bpy.types.RenderEngine):
 
     def render(self, depsgraph):
         if self.job is not None:
-            failure.attempt(self, drivers.of_job(self.job).render, depsgraph, self.job)
+            failure.attempt(self, drivers.render, depsgraph, self.job)
         elif self.is_preview or self.native:
             cycles.render(self, depsgraph)
 

@@ -1,7 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """What a render of the scene will do, told before it is rendered."""
 
-import functools
 import math
 
 import bpy
@@ -21,7 +20,6 @@ from . import (
     shading,
     subrender,
 )
-from .failure import Refused
 from .plan import LARGE, memory
 from .region import Region
 
@@ -98,21 +96,14 @@ def sentence(use):
 
 
 def _driver(scene, layer):
-    return drivers.chosen(scene, layer, functools.partial(_check_shading, layer.depsgraph))
+    return drivers.chosen(scene, layer, lambda: _shading_refusals(scene, layer))[0]
 
 
-def _check_shading(depsgraph, camera):
-    """As `shading.check`; nothing is wrong as long as the view layer was never evaluated."""
-    if depsgraph is not None and (message := _remembered(_shading, depsgraph, lambda found: _wrong(found, camera))):
-        raise Refused(message)
-
-
-def _wrong(depsgraph, camera):
-    try:
-        shading.check(depsgraph, camera)
-    except Refused as refused:
-        return str(refused)
-    return None
+def _shading_refusals(scene, layer):
+    """As `drivers.refusals` takes them; nothing is wrong as long as the view layer was never evaluated."""
+    if layer.depsgraph is None:
+        return []
+    return _remembered(_shading, layer.depsgraph, lambda found: drivers.refused(shading.check, found, scene.camera))
 
 
 def render_calls(scene, layer):
@@ -120,8 +111,11 @@ def render_calls(scene, layer):
     is_free = scene.spectral_tiles.driver == "AUTO"
     chosen = _driver(scene, layer)
     if chosen is in_place:
-        reasons = [message.partition(";")[0] for message in _refusals(gather, scene, layer)] if is_free else []
-        return ". ".join(["In Place: one Cycles render, known noise taken out afterwards", *reasons])
+        calls = ["In Place: one Cycles render, known noise taken out afterwards"]
+        if is_free:
+            reasons = drivers.refusals(gather, scene, layer, lambda: _shading_refusals(scene, layer))
+            calls += [reason.partition(";")[0] for reason in reasons]
+        return ". ".join(calls)
     if chosen is gather:
         renders = "several Cycles renders" if persistence.needed(scene) else "one Cycles render"
         why = ", the faster driver" if is_free else ""
@@ -157,11 +151,7 @@ def overhead(scene, layer):
 
 def refusals(scene, layer):
     """Why this view layer will not be rendered: one message a reason, none if it will be."""
-    return _refusals(_driver(scene, layer), scene, layer)
-
-
-def _refusals(module, scene, layer):
-    return drivers.refusals(module, scene, layer, functools.partial(_check_shading, layer.depsgraph))
+    return drivers.chosen(scene, layer, lambda: _shading_refusals(scene, layer))[1]
 
 
 def ignored(scene, layer):

@@ -30,7 +30,6 @@ from . import (
     main_thread,
     persistence,
     several_renders,
-    shading,
     tile_plan,
 )
 from .analysis import scene_use
@@ -163,9 +162,6 @@ def prepare(engine, data, depsgraph):
     """
     scene, layer = depsgraph.scene_eval, depsgraph.view_layer_eval
     settings = scene.spectral_tiles
-    for check in CHECKS:
-        check(scene, layer)
-    shading.check(depsgraph, scene.camera)
     views = camera.views(engine, scene)
     region = Region.of_render(scene.render)
     use = scene_use(depsgraph)

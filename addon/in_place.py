@@ -103,8 +103,6 @@ def prepare(engine, data, depsgraph):
     """
     scene, layer = depsgraph.scene_eval, depsgraph.view_layer_eval
     settings = scene.spectral_tiles
-    for check in CHECKS:
-        check(scene, layer)
     region = Region.of_render(scene.render)
     use = scene_use(depsgraph)
     seed, frame = driver.seed_and_frame(scene)

@@ -73,15 +73,16 @@ def taken_out(description, samples, plan_digest, passes, size):
     use, region = SceneUse(**used), Region(*map(tuple, region))
     if driver == "SUBRENDER":
         plan = cell_plan.arranged(use, samples, seed, frame)
-        drawn, period = plan.drawn(region), plan.side
+    elif driver == "GATHER":
+        plan = automatic.make(use, region, samples, seed, frame)
     else:
         plan = Plan.in_place(seed + (frame or 0), region)
-        if driver == "GATHER":
-            plan = automatic.make(use, region, samples, seed, frame)
-        drawn, period = automatic.drawn(plan, region, samples), 0
     if digest(plan) != plan_digest:
         return None
-    clean = control_variates.of_picture(use, drawn, period)
+    if driver == "SUBRENDER":
+        clean = control_variates.of_picture(use, plan.drawn(region), plan.side)
+    else:
+        clean = control_variates.of_picture(use, automatic.drawn(plan, region, samples))
     if clean is None:
         return passes
     left, bottom = region.corner if size == region.frame else (0, 0)

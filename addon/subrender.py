@@ -30,7 +30,6 @@ from . import (
     main_thread,
     mixed_rates,
     persistence,
-    shading,
 )
 from .analysis import scene_use
 from .cell_renders import Cells, Renders
@@ -174,9 +173,6 @@ def prepare(engine, data, depsgraph):
     """
     scene, layer = depsgraph.scene_eval, depsgraph.view_layer_eval
     settings = scene.spectral_tiles
-    for check in CHECKS:
-        check(scene, layer)
-    shading.check(depsgraph, scene.camera)
     cell_camera.cameras(engine, scene)
     if not persistence.is_kept(engine):
         raise Refused("Blender does not keep the scene between sub-renders; switch on Persistent Data")
