@@ -108,7 +108,7 @@ def make(use, region, samples, seed, frame=None, is_cancelled=lambda: False):
     seed : int
         Another seed gives another, equally good plan.
     frame : int, optional
-        Of an animation whose pattern changes from frame to frame.  The first one costs as much as all of its group.
+        Of an animation whose pattern changes from frame to frame.  Those before it in its group are planned, too.
     is_cancelled : callable, optional
         Whether the user wants it no more; asked from several threads.
 
@@ -122,48 +122,56 @@ def make(use, region, samples, seed, frame=None, is_cancelled=lambda: False):
     """
     chosen = tuple(shares(use))
     group, first_seed, place = place_in_group(seed, frame)
-    is_large = region.pixels > LARGE
-    frames = 1 if frame is None else GROUP
-    key = (chosen, region, samples, 0 if is_large else first_seed, frames)
-    plan = memory.get(key, lambda: _arrange(*key, is_cancelled))[place]
+    if region.pixels > LARGE:
+        first_seed = 0
+    plans = []
+    for cycles_seed in range(first_seed, first_seed + place + 1):
+        key = (chosen, region, samples, cycles_seed, len(plans))
+        plans.append(memory.get(key, lambda key=key: _arrange(*key[:-1], plans, is_cancelled)))
     # Where nothing is beyond, samples find other places than in the middle; so any place may be there.
-    return plan.moved(*np.random.default_rng((seed, group % 2**32)).integers(0, region.size))
+    return plans[-1].moved(*np.random.default_rng((seed, group % 2**32)).integers(0, region.size))
 
 
-def _arrange(chosen, region, samples, first_seed, frames, is_cancelled):
-    """Plans of that many frames with consecutive seeds, each complementing those before it."""
-    width = region.size[0]
-    films = np.tile(np.arange(region.pixels, dtype=np.int32), (frames, 1))
-    plans = [Plan(first_seed + place, width, film) for place, film in enumerate(films)]
+def _arrange(chosen, region, samples, cycles_seed, earlier, is_cancelled):
+    """The plan of a frame that complements those before it."""
+    plan = Plan.in_place(cycles_seed, region)
     if not chosen:
-        return plans
+        return plan
+    width = plan.width
     planned = min(samples, MOST_PLANNED)
     weighed = error_modes(chosen, planned)
 
     def fill(window):
+        if is_cancelled():
+            raise Cancelled
         y, x = (_aligned(part, start) for part, start in zip(window, region.corner[::-1], strict=True))
         y, x = y[:, None], x[None, :]
         inside = region.holds(x, y)
         place = (y - region.corner[1]) * width + (x - region.corner[0])
+
+        def features(ranks):
+            return modes.features(weighed, numbers(weighed, ranks, planned, samples))
+
         before = None
-        for plan in plans:
-            if is_cancelled():
-                raise Cancelled
-            ranks = cycles_random.pixel_ranks(x, y, plan.seed)
-            drawn = numbers(weighed, ranks, planned, samples)
-            order = arrange(modes.features(weighed, drawn), len(weighed), ranks, inside, before)
-            plan.film[place.ravel()[order[inside]]] = place[inside]
-            if plan is not plans[-1]:
-                if before is None:
-                    before = np.zeros((len(weighed), *ranks.shape), np.float32)
-                for seen, feature in zip(before, modes.features(weighed, drawn), strict=True):
-                    seen += np.float32(WEIGHT) * feature.ravel()[order]
+        for other in earlier:
+            # Windows keep to themselves, so that those pixels of the film are served from here.
+            ranks = cycles_random.pixel_ranks(x, y, other.seed)
+            row, column = np.divmod(other.film[place[inside]], np.int32(width))
+            standing = ranks.copy()
+            standing[row + region.corner[1] - y[0], column + region.corner[0] - x[:, 0]] = ranks[inside]
+            if before is None:
+                before = np.zeros((len(weighed), *ranks.shape), np.float32)
+            for seen, feature in zip(before, features(standing), strict=True):
+                seen += np.float32(WEIGHT) * feature
+        ranks = cycles_random.pixel_ranks(x, y, plan.seed)
+        order = arrange(features(ranks), len(weighed), ranks, inside, before)
+        plan.film[place.ravel()[order[inside]]] = place[inside]
 
     windows = region.windows(_WINDOW)
     at_once = min(os.process_cpu_count(), len(windows) // _SPREAD)
     with concurrent.futures.ThreadPoolExecutor(max(1, at_once)) as threads:
         list(threads.map(fill, windows))
-    return plans
+    return plan
 
 
 @functools.cache

@@ -29,8 +29,9 @@ def check_device(scene):
 
 def seed_and_frame(scene):
     """Seed of the scene's pattern, and the frame that the pattern changes with; None if it does not."""
-    frame = scene.frame_current if scene.cycles.use_animated_seed else None
-    return scene.spectral_tiles.seed + (frame or 0), frame
+    settings = scene.spectral_tiles
+    frame = scene.frame_current if settings.animated_seed else None
+    return settings.seed + (frame or 0), frame
 
 
 def set_samples(settings, samples):

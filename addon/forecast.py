@@ -141,11 +141,12 @@ def overhead(scene, layer):
     if chosen is in_place:
         return f"Adds little time, and {memory_used}"
     is_large = pixels > LARGE
-    # The first frame of a group brings the plans of them all.
-    is_group = is_large and scene.cycles.use_animated_seed and scene.spectral_tiles.tile == "AUTO"
-    seconds = round((automatic.GROUP if is_group else 1) * pixels * memory.pace)
+    seconds = round(pixels * memory.pace)
     time = f"about {progress.duration(seconds)}" if seconds else "less than a second"
-    once = "once for frames of this size" if is_large else "a frame"
+    once = "a frame"
+    if is_large:
+        in_groups = scene.spectral_tiles.animated_seed and scene.spectral_tiles.tile == "AUTO"
+        once = f"for each of the first {automatic.GROUP} frames" if in_groups else "once for frames of this size"
     return f"Adds {time} {once}, and {memory_used}"
 
 

@@ -16,8 +16,9 @@ from . import cycles_random, film, openimageio
 from .failure import Refused
 from .region import bands
 
-# Plans, or groups of them, kept for the next frames and renders of this process: 4 to 16 bytes a pixel each.
-_REMEMBERED = 4
+# Plans kept for the next frames and renders of this process, 4 bytes a pixel each or, with a tile's lens, 12: those of
+# two groups of frames (`automatic.GROUP`).
+_REMEMBERED = 8
 
 # Seconds a pixel to make a plan, until this process has made one (`python -m bench times`, two cores).
 _PACE = 0.6e-6
@@ -156,7 +157,7 @@ class Plan:
 
 
 class Memory:
-    """The last few lists of plans, by what they were made from.  Several threads may ask.
+    """The last few plans, by what they were made from.  Several threads may ask.
 
     Attributes
     ----------
@@ -170,26 +171,26 @@ class Memory:
         self._lock = threading.Lock()
 
     def get(self, key, make):
-        """The plans remembered under `key`, or else `make()`, which are then remembered."""
+        """The plan remembered under `key`, or else `make()`, which is then remembered."""
         with self._lock:
             if key in self._plans:
                 self._plans.move_to_end(key)
                 return self._plans[key]
         start = time.perf_counter()
-        plans = make()
-        pixels = sum(plan.film.size for plan in plans)
+        plan = make()
+        pixels = plan.film.size
         with self._lock:
             if pixels > LARGE:
                 self.pace = (time.perf_counter() - start) / pixels
-            self._plans[key] = plans
-            while len(self._plans) > _REMEMBERED:
+            self._plans[key] = plan
+            if len(self._plans) > _REMEMBERED:
                 self._plans.popitem(last=False)
-        return plans
+        return plan
 
     def latest(self):
-        """The first of the plans that were asked for last, or None."""
+        """The plan that was asked for last, or None."""
         with self._lock:
-            return next(reversed(self._plans.values()), [None])[0]
+            return next(reversed(self._plans.values()), None)
 
     def clear(self):
         with self._lock:

@@ -27,11 +27,12 @@ class SPECTRAL_TILES_OT_preset_add(AddPresetBase, bpy.types.Operator):
     bl_description = "Add or remove a preset of samples, tile, control variates, filter, adaptive sampling and driver"
     preset_menu = "SPECTRAL_TILES_PT_presets"
     preset_subdir = _SUBDIR
-    preset_defines = ["settings = bpy.context.scene.spectral_tiles", "cycles = bpy.context.scene.cycles"]
+    preset_defines = ["settings = bpy.context.scene.spectral_tiles"]
     preset_values = [
         "settings.samples",
         "settings.tile",
         "settings.tile_path",
+        "settings.animated_seed",
         "settings.control_variates",
         "settings.filter",
         "settings.filter_width",
@@ -40,7 +41,6 @@ class SPECTRAL_TILES_OT_preset_add(AddPresetBase, bpy.types.Operator):
         "settings.adaptive",
         "settings.adaptive_threshold",
         "settings.driver",
-        "cycles.use_animated_seed",
     ]
 
 

@@ -57,6 +57,12 @@ class SpectralTilesSettings(bpy.types.PropertyGroup):
         max=2**31 - 1,
         override=_OVERRIDABLE,
     )
+    animated_seed: BoolProperty(
+        name="Animated Seed",
+        description="Another pattern in every frame of an animation; those of consecutive frames complement each other",
+        default=True,
+        override=_OVERRIDABLE,
+    )
     control_variates: BoolProperty(
         name="Control Variates",
         description="Subtract the noise that the random numbers explain, up to 16 samples a pixel; adds no bias",

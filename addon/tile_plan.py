@@ -44,7 +44,7 @@ def make(tile, dims, region, samples, seed, is_cancelled=lambda: False):
     """
     is_large = region.pixels > LARGE
     rest = (dims, region, samples, 0 if is_large else seed)
-    (plan,) = memory.get((tile.values.tobytes(), tile.dims, *rest), lambda: [_match(tile, *rest, is_cancelled)])
+    plan = memory.get((tile.values.tobytes(), tile.dims, *rest), lambda: _match(tile, *rest, is_cancelled))
     return plan.moved(*np.random.default_rng(seed).integers(0, region.size)) if is_large else plan
 
 

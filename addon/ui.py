@@ -68,7 +68,7 @@ class SPECTRAL_TILES_PT_sampling(bpy.types.Panel):
             row.prop(settings, "control_variates")
         row = layout.row(align=True)
         row.prop(settings, "seed")
-        row.prop(context.scene.cycles, "use_animated_seed", text="", icon="TIME")
+        row.prop(settings, "animated_seed", text="", icon="TIME")
         layout.prop(settings, "driver")
         _draw_forecast(layout, context)
         layout.operator("spectral_tiles.compare", icon="MOD_INSTANCE")

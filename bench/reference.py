@@ -24,7 +24,7 @@ def reference(scene: SceneFile, settings: Settings, samples: int, say: Callable[
     scene : SceneFile
         What to render.
     settings : Settings
-        Of the measured images; only size and bounces count.
+        Of the measured images; how they are sampled does not count.
     samples : int
         Samples a pixel of each half.
     say : callable
@@ -41,4 +41,10 @@ def reference(scene: SceneFile, settings: Settings, samples: int, say: Callable[
 
 def reference_settings(settings: Settings, samples: int) -> Settings:
     """Return how the halves of the reference for images of `settings` are rendered."""
-    return Settings(samples=samples, size=settings.size, bounces=settings.bounces)
+    return Settings(
+        samples=samples,
+        size=settings.size,
+        bounces=settings.bounces,
+        still=settings.still,
+        gaussian=settings.gaussian,
+    )

@@ -91,6 +91,7 @@ def prepare(scene: bpy.types.Scene, settings: dict) -> None:
     _use_engine(scene, settings["engine"], settings["samples"], settings["tile"], settings["driver"])
     if settings["engine"] == TILES:
         ours = scene.spectral_tiles
+        ours.animated_seed = settings["still"]
         ours.control_variates = not settings["raw"]
         ours.adaptive = "BUDGET" if settings["budget"] else "OFF"
         ours.filter = "GAUSSIAN" if settings["gaussian"] else "AS_CYCLES"

@@ -20,7 +20,7 @@ def empty_scene(width=32, height=32):
     scene.cycles.samples = 1
     scene.cycles.use_adaptive_sampling = False
     scene.cycles.use_denoising = False
-    scene.cycles.use_animated_seed = False
+    scene.cycles.use_animated_seed = scene.spectral_tiles.animated_seed = False
     scene.cycles.pixel_filter_type = "BOX"
     scene.view_settings.view_transform = "Standard"
     return scene

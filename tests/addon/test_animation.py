@@ -32,7 +32,7 @@ def rendered(folder):
 
 
 def test_every_frame_has_its_own_pattern(scene, tmp_path):
-    scene.cycles.use_animated_seed = True
+    scene.spectral_tiles.animated_seed = True
     bpy.ops.render.render(animation=True)
     pictures = rendered(tmp_path)
     assert list(pictures) == [f"frame_000{frame}.exr" for frame in (5, 6, 7)]
@@ -42,7 +42,7 @@ def test_every_frame_has_its_own_pattern(scene, tmp_path):
 
 
 def test_fixed_seed_gives_a_fixed_pattern(scene, tmp_path):
-    scene.cycles.use_animated_seed = False
+    scene.spectral_tiles.animated_seed = False
     bpy.ops.render.render(animation=True)
     first, *others = rendered(tmp_path).values()
     assert all(np.array_equal(first, other) for other in others)
@@ -50,7 +50,7 @@ def test_fixed_seed_gives_a_fixed_pattern(scene, tmp_path):
 
 def test_a_frame_is_the_same_alone(scene, tmp_path):
     """A farm renders frames one by one; persistent data may carry over from the frame before."""
-    scene.cycles.use_animated_seed = True
+    scene.spectral_tiles.animated_seed = True
     scene.render.use_persistent_data = True
     bpy.ops.render.render(animation=True)
     wanted = rendered(tmp_path)["frame_0007.exr"]

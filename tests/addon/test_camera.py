@@ -93,7 +93,7 @@ def shut_all_the_time(scene):
 
 
 def far_frame(scene):
-    scene.spectral_tiles.seed, scene.cycles.use_animated_seed = 2**31 - 1, True
+    scene.spectral_tiles.seed, scene.spectral_tiles.animated_seed = 2**31 - 1, True
     scene.frame_set(1048574)
 
 

@@ -259,7 +259,7 @@ def test_animation(tmp_path):
     """Frames differ where their seeds do, and each is the same alone."""
     scene = scene_with_a_shadow()
     scene.render.engine = "SPECTRAL_TILES"
-    scene.cycles.use_animated_seed = True
+    scene.spectral_tiles.animated_seed = True
     use_sub_renders("BUDGET").samples = 2
     scene.render.image_settings.file_format, scene.render.image_settings.color_depth = "OPEN_EXR", "32"
     scene.render.filepath = f"{tmp_path}/frame_"

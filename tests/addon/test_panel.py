@@ -162,10 +162,12 @@ def test_presets():
     settings = scene.spectral_tiles
     for name in ("Preview.py", "Animation.py", "Final.py"):
         settings.control_variates, settings.filter, settings.adaptive = False, "BOX", "BUDGET"
+        settings.animated_seed = False
         bpy.ops.script.execute_preset(filepath=found[name], menu_idname="SPECTRAL_TILES_PT_presets")
-        seen[name] = (settings.samples, scene.cycles.use_animated_seed)
+        seen[name] = settings.samples
         assert (settings.control_variates, settings.filter, settings.adaptive) == (True, "AS_CYCLES", "OFF")
-    assert seen == {"Preview.py": (1, False), "Animation.py": (4, True), "Final.py": (16, False)}
+        assert settings.animated_seed
+    assert seen == {"Preview.py": 1, "Animation.py": 4, "Final.py": 16}
 
 
 def test_own_presets_keep_every_setting_but_the_seed():
@@ -257,12 +259,12 @@ def test_picture_of_a_tile():
 
 
 def test_forecast_tells_what_a_frame_costs(monkeypatch):
-    """A plan's time follows the pixels, and the frames of a group that it holds; its memory the pixels."""
+    """A plan's time and its memory follow the pixels; frames of a group have each their own."""
     scene = build_scene(1000)
     monkeypatch.setattr(plan.memory, "pace", 5e-6)
     assert told(forecast.overhead, scene) == "Adds about 5 s once for frames of this size, and up to 240 MB of memory"
-    scene.cycles.use_animated_seed = True
-    assert "about 20 s once" in told(forecast.overhead, scene)
+    scene.spectral_tiles.animated_seed = True
+    assert "about 5 s for each of the first 4 frames" in told(forecast.overhead, scene)
     scene.render.resolution_percentage = 10
     assert told(forecast.overhead, scene) == "Adds less than a second a frame, and up to 210 MB of memory"
 
@@ -276,9 +278,9 @@ def test_pace_of_plans_is_measured(monkeypatch):
     memory = plan.Memory()
     clock = iter((10.0, 30.0, 40.0, 41.0))
     monkeypatch.setattr(plan.time, "perf_counter", lambda: next(clock))
-    memory.get("large", lambda: [plan.Plan(0, 1000, np.zeros(1000 * 1000, np.int32))] * 2)
-    memory.get("small", lambda: [plan.Plan(0, 10, np.zeros(100, np.int32))])
-    assert memory.pace == pytest.approx(10e-6)
+    memory.get("large", lambda: plan.Plan(0, 1000, np.zeros(1000 * 1000, np.int32)))
+    memory.get("small", lambda: plan.Plan(0, 10, np.zeros(100, np.int32)))
+    assert memory.pace == pytest.approx(20e-6)
 
 
 def test_forecast_tells_how_long_sub_renders_take(monkeypatch):

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from bench import jobs
+from bench.reference import reference_settings
 from bench.scene_files import SceneFile, scene_file
 
 SMALL = jobs.Settings(size=(24, 16))
@@ -41,3 +42,9 @@ def test_failure_shows_what_the_process_said(empty_cache, tmp_path):
     broken.write_text("no scene")
     with pytest.raises(jobs.RenderFailed, match=r"broken with AUTOMATIC ended with code 1"):
         jobs.images(SceneFile("broken", broken, "0"), SMALL, [0])
+
+
+def test_a_reference_shows_what_is_measured():
+    measured = jobs.Settings(engine=jobs.TILES, samples=2, bounces=0, still=True, gaussian=0.5, driver="GATHER")
+    truth = reference_settings(measured, 64)
+    assert truth == jobs.Settings(samples=64, bounces=0, still=True, gaussian=0.5)
