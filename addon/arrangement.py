@@ -40,8 +40,8 @@ def _low_pass(sigma):
     return np.exp(-(np.arange(3) ** 2) / (4.0 * sigma**2)).astype(np.float32)
 
 
-# Pixels are arranged for a low-pass of about a pixel, twice; coarser blocks, once, for one of about half their side.
-_FINE, _COARSE = (_low_pass(0.9), 2), (_low_pass(0.6), 1)
+# Pixels are arranged for a low-pass of about a pixel, coarser blocks for one of about half their side.
+_FINE, _COARSE = _low_pass(0.9), _low_pass(0.6)
 
 
 def _low_pass_at(level):
@@ -104,7 +104,7 @@ def arrange(features, count, ranks, inside, before=None):
         node_ranks = ranks[:: 1 << level, :: 1 << level] >> np.uint32(2 * level)
         side = 2 << level
         whole = inside.reshape(height // side, side, -1, side).all(axis=(1, 3))
-        order = _rearranged(order, fields.pop(), backgrounds.pop(), node_ranks, whole, *_low_pass_at(level))
+        order = _rearranged(order, fields.pop(), backgrounds.pop(), node_ranks, whole, _low_pass_at(level))
         if level:
             order = _children(order)
     return order
@@ -141,12 +141,12 @@ def _backgrounds(before, count, height, width):
     ]
     for mode, means in enumerate(before):
         for level, background in enumerate(backgrounds):
-            background[mode] = _interleaved(_blurred(means, _low_pass_at(level)[0]))
+            background[mode] = _interleaved(_blurred(means, _low_pass_at(level)))
             means = sum(_quarters(means)) / np.float32(4)
     return backgrounds
 
 
-def _rearranged(order, field, background, ranks, whole, low_pass, sweeps):
+def _rearranged(order, field, background, ranks, whole, low_pass):
     """Permute the blocks of 2 x 2 nodes.
 
     Parameters
@@ -162,8 +162,6 @@ def _rearranged(order, field, background, ranks, whole, low_pass, sweeps):
     whole : bool array, shape (height / 2, width / 2)
         Blocks that may be permuted.
     low_pass : float32 array, shape (3,)
-    sweeps : int
-        How often each block is looked at.
 
     Returns
     -------
@@ -179,7 +177,7 @@ def _rearranged(order, field, background, ranks, whole, low_pass, sweeps):
     for plane in inner:
         plane[...] = plane.ravel()[source]
     # Every second block each way: those in between stay put, so that what one decides on is still true.
-    for _, y, x in itertools.product(range(sweeps), (0, 2), (0, 2)):
+    for y, x in itertools.product((0, 2), (0, 2)):
         block = slice(y, y + 2), slice(x, x + 2)
         chosen = _PERMUTATIONS.T[:, _best(field, background, block, ranks[block], low_pass)]
         chosen[:, ~whole[y // 2 :: 2, x // 2 :: 2]] = np.arange(4)[:, None]

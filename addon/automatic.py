@@ -17,7 +17,7 @@ from .plan import LARGE, MOST_PLANNED, Plan, memory
 _WINDOW, _SPREAD = 256, 12
 
 # Modes of the error that are weighed, and samples that tell which these are.
-_MODES, _TRIAL = 24, 4096
+_MODES, _TRIAL = 18, 4096
 
 # Frames of an animation are arranged in groups of this many that complement each other, each knowing those before it;
 # the weight is what the group's mean counts beside the frame's own picture.

@@ -44,7 +44,7 @@ _TOGETHER = 2**16
 
 # Pixels a side of the tiles, at most, that tell which modes matter in the picture; how many of them, and how many of
 # these are worked at together.
-_TILE, _TILES, _TILES_TOGETHER = 64, 32, 8
+_TILE, _TILES, _TILES_TOGETHER = 64, 16, 8
 
 # Pixels of each block of a tile that tell what modes have in common.
 _TELLING = 16
