@@ -122,8 +122,10 @@ def _restrict(engine, depsgraph, job, plan, name, first, count, where, taken):
     Where in their film pixels the samples lie (None: where Cycles puts them), and whether they are taken, is told for
     each render pixel.
     """
-    image = os.path.join(job.folder.name, f"{first}_in_{name}")
-    plan.write_positions(image, where, taken, bool(job.filter))
+    image = ""
+    if where is not None or not taken.all():
+        image = os.path.join(job.folder.name, f"{first}_in_{name}")
+        plan.write_positions(image, where, taken, bool(job.filter))
 
     def write():
         for view in job.views.values():

@@ -3,7 +3,9 @@
 
 Cycles takes the same number of samples at every render pixel, and asks our camera even for those that it is to leave
 out, which costs a tenth of a cheap sample.  But two or four render pixels of one aligned square draw a block of its
-sequence together.  So as many serve each pixel that wants more, and render pixels take no more samples than before.
+sequence together.  So as many serve each pixel that wants more, and render pixels take no more samples than before;
+nor could they take fewer, since a running Cycles heeds a change of its samples a pixel only if there are more
+(`Session::update_scene`).
 
 Squares and the pixels that they serve follow each other along Cycles' own curve, so that neighbours on the film have
 blocks that complement each other.
