@@ -64,7 +64,8 @@ def _shares(options: argparse.Namespace) -> str:
 
 
 def _frames(options: argparse.Namespace) -> str:
-    settings = Settings(samples=options.samples, size=(256, 256) if options.quick else (512, 512), still=True)
+    size = (256, 256) if options.quick else (512, 512)
+    settings = Settings(samples=options.samples, size=size, still=True, gaussian=options.deviation)
     return frames.report([scene_file(name) for name in options.scenes], settings, _reference_samples(options))
 
 
@@ -75,7 +76,7 @@ def _filters(options: argparse.Namespace) -> str:
 
 
 def _adaptive(options: argparse.Namespace) -> str:
-    settings = Settings(size=(options.size, options.size))
+    settings = Settings(size=(options.size, options.size), driver=options.driver)
     scenes = [scene_file(name) for name in options.scenes]
     return adaptive.report(scenes, settings, options.samples, range(options.seeds), _reference_samples(options))
 
@@ -154,14 +155,16 @@ def _parser() -> argparse.ArgumentParser:
     parser.set_defaults(run=_errors_and_times)
     commands = parser.add_subparsers(title="commands", metavar="COMMAND")
 
-    over_scenes = commands.add_parser("quality", parents=[quick], help="error ratios over all scenes")
+    driven = argparse.ArgumentParser(add_help=False)
+    driven.add_argument(
+        "--driver", choices=("AUTO", "GATHER", "IN_PLACE", "SUBRENDER"), default="AUTO", help="of our engine"
+    )
+
+    over_scenes = commands.add_parser("quality", parents=[quick, driven], help="error ratios over all scenes")
     over_scenes.add_argument("--scenes", nargs="+", default=QUALITY, metavar="SCENE", help="names or .blend files")
     over_scenes.add_argument("--samples", type=_counts, default=(1, 2, 4, 16), help="samples a pixel, as in 1,2,4,16")
     over_scenes.add_argument("--bounces", type=_bounces, default=None, help="'own' (the scene's) or a number")
     over_scenes.add_argument("--seeds", type=int, default=4, help="images of each engine and sample count")
-    over_scenes.add_argument(
-        "--driver", choices=("AUTO", "GATHER", "IN_PLACE", "SUBRENDER"), default="AUTO", help="of our engine"
-    )
     over_scenes.add_argument("--raw", action="store_true", help="without control variates")
     over_scenes.add_argument("--native-only", action="store_true", help=f"only {AUTOMATIC} against Tabulated Sobol")
     over_scenes.set_defaults(run=_quality)
@@ -182,7 +185,9 @@ def _parser() -> argparse.ArgumentParser:
     filtered.add_argument("--deviation", type=float, default=0.5, help="of the Gaussian, in pixels")
     filtered.set_defaults(run=_filters)
 
-    adapted = commands.add_parser("adaptive", parents=[few], help="adaptive sampling against even rates and native")
+    adapted = commands.add_parser(
+        "adaptive", parents=[few, driven], help="adaptive sampling against even rates, native"
+    )
     adapted.add_argument("--samples", type=_counts, default=(2, 4), help="mean samples a pixel, as in 2,4")
     adapted.set_defaults(run=_adaptive)
 
@@ -196,6 +201,7 @@ def _parser() -> argparse.ArgumentParser:
     animation = commands.add_parser("frames", parents=[quick], help="error of the mean of frames of still scenes")
     animation.add_argument("--scenes", nargs="+", default=QUALITY, metavar="SCENE", help="names or .blend files")
     animation.add_argument("--samples", type=int, default=1, help="samples a pixel of each frame")
+    animation.add_argument("--deviation", type=float, default=0.0, help="of a Gaussian in pixels, 0 for Cycles' box")
     animation.set_defaults(run=_frames)
 
     pictures = commands.add_parser("demo", help="render one scene both ways, as pictures")

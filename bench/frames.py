@@ -26,7 +26,7 @@ def report(scenes: Sequence[SceneFile], settings: Settings, reference_samples: i
     scenes : sequence of SceneFile
         What to render.
     settings : Settings
-        Samples, size and bounces of still scenes; the engine is replaced.
+        Samples, size, bounces and Gaussian of still scenes; the engine is replaced.
     reference_samples : int
         Samples a pixel of each half of the references.
     """
@@ -42,7 +42,8 @@ def report(scenes: Sequence[SceneFile], settings: Settings, reference_samples: i
             ours, theirs = (_errors(pictures[engine], count, truth) for engine in (TILES, AUTOMATIC))
             found[count][scene.name] = ours / theirs
     size = f"{settings.size[0]}x{settings.size[1]}"
-    title = f"Luminance MSE, {settings.samples} spp, {size}, animated seed: {TILES} over {AUTOMATIC}"
+    pixels = f", Gaussian of {settings.gaussian} pixels" if settings.gaussian else ""
+    title = f"Luminance MSE, {settings.samples} spp, {size}{pixels}, animated seed: {TILES} over {AUTOMATIC}"
     return "\n\n".join((title, *(_block(count, ratios) for count, ratios in found.items())))
 
 

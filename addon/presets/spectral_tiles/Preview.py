@@ -8,4 +8,4 @@ settings.animated_seed = True
 settings.control_variates = True
 settings.filter = "AS_CYCLES"
 settings.adaptive = "OFF"
-settings.driver = "AUTO"
+settings.driver = "IN_PLACE"
