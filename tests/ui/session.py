@@ -326,18 +326,24 @@ def refused():
 
 
 def preview():
-    """The picture of a material in lists and browsers."""
+    """Pictures in lists and browsers: of a red material, a green light and a blue world."""
     paint = bpy.data.materials.new("Paint")
     shader = next(node for node in paint.node_tree.nodes if node.type == "BSDF_PRINCIPLED")
     shader.inputs["Base Color"].default_value = (0.9, 0.05, 0.05, 1)
-    paint.asset_generate_preview()
-    yield from until(lambda: bpy.app.is_job_running("RENDER_PREVIEW"), 10)
-    yield from until(lambda: not bpy.app.is_job_running("RENDER_PREVIEW"), RENDER)
-    yield from idle(0.5)
-    picture = bpy.data.images.new("Preview", *paint.preview.image_size)
-    picture.pixels.foreach_set(paint.preview.image_pixels_float)
-    picture.filepath_raw, picture.file_format = os.path.join(FOLDER, "preview.png"), "PNG"
-    picture.save()
+    lamp = bpy.data.lights.new("Lamp", "POINT")
+    lamp.color = (0.05, 0.9, 0.05)
+    sky = bpy.data.worlds.new("Sky")
+    background = next(node for node in sky.node_tree.nodes if node.type == "BACKGROUND")
+    background.inputs["Color"].default_value = (0.05, 0.05, 0.9, 1)
+    for thing in (paint, lamp, sky):
+        thing.asset_generate_preview()
+        yield from until(lambda: bpy.app.is_job_running("RENDER_PREVIEW"), 10)
+        yield from until(lambda: not bpy.app.is_job_running("RENDER_PREVIEW"), RENDER)
+        yield from idle(0.5)
+        picture = bpy.data.images.new("Preview", *thing.preview.image_size)
+        picture.pixels.foreach_set(thing.preview.image_pixels_float)
+        picture.filepath_raw, picture.file_format = os.path.join(FOLDER, f"preview_{thing.name}.png"), "PNG"
+        picture.save()
 
 
 def render_and_cancel(name, seconds):

@@ -142,10 +142,12 @@ def test_gather_is_shown_in_order(results, facts):
     assert np.corrcoef(shown.ravel(), left.ravel())[0, 1] > 0.95
 
 
-def test_preview_of_a_material(results):
-    """A red ball, by Cycles."""
-    image = picture(results / "preview.png")
-    assert (image[..., 0] > 4 * image[..., 1:].max(axis=-1)).mean() > 0.1
+@pytest.mark.parametrize(("name", "channel"), [("Paint", 0), ("Lamp", 1), ("Sky", 2)])
+def test_preview(results, name, channel):
+    """A red ball, a green light and a blue sky, by Cycles."""
+    image = picture(results / f"preview_{name}.png")
+    others = np.delete(image, channel, axis=-1)
+    assert (image[..., channel] > 1.8 * others.max(axis=-1)).mean() > 0.1
 
 
 def test_animation(results):
