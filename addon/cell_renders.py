@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 from cycles import engine as cycles
 
-from . import cell_camera, display, exposure, film, in_order, main_thread, shared_sequence
+from . import cell_camera, display, exposure, film, in_order, main_thread, persistence, shared_sequence
 from .cell_levels import rectangles
 from .cell_plan import CellPlan
 
@@ -112,30 +112,6 @@ class Shot(NamedTuple):
     size: tuple[int, int]
 
 
-class _Overwritten:
-    """Values written to evaluated data, which can be put back.
-
-    The next frame's evaluation starts from what it finds, so nothing of ours may be there.
-    """
-
-    def __init__(self):
-        self._previous = []
-
-    def set(self, owner, **values):
-        for name, value in values.items():
-            self.keep(owner, name)
-            setattr(owner, name, value)
-
-    def keep(self, owner, *names):
-        for name in names:
-            value = getattr(owner, name)
-            self._previous.append((owner, name, value.copy() if hasattr(value, "copy") else value))
-
-    def put_back(self):
-        while self._previous:
-            setattr(*self._previous.pop())
-
-
 class Renders:
     """Renders samples of a picture, for an engine, and shows how far it is.
 
@@ -152,7 +128,7 @@ class Renders:
         self._depsgraph = depsgraph
         self._job = job
         self._progress = progress
-        self._written = _Overwritten()
+        self._written = persistence.Overwritten()
         self._moment = None
 
     def sample(self, cells, sample, shots, before):
@@ -225,7 +201,7 @@ class Renders:
         for made in cell_camera.cameras(engine, scene):
             cell_camera.aim(written, made, scene.render, job.region, side, first, cells.plan.lens[index])
         _set_sampling(written, scene, depsgraph.view_layer_eval, cells.plan, point)
-        _set_border(written, engine.render, job.region, shot.size)
+        written.set(engine.render, **job.region.border(shot.size))
 
 
 def _set_sampling(written, scene, layer, plan, point):
@@ -251,18 +227,3 @@ def _set_sampling(written, scene, layer, plan, point):
     )
     written.set(scene.render, use_motion_blur=False)
     written.set(layer, use_motion_blur=False)
-
-
-def _set_border(written, render, region, size):
-    """Render a rectangle of the size of one sub-render, from the region's corner on."""
-    # In the middle of pixels, as Blender rounds down.
-    lower = np.add(region.corner, 0.5) / region.frame
-    upper = (np.add(region.corner, size) + 0.5) / region.frame
-    written.set(
-        render,
-        use_border=True,
-        border_min_x=lower[0],
-        border_min_y=lower[1],
-        border_max_x=min(upper[0], 1.0),
-        border_max_y=min(upper[1], 1.0),
-    )

@@ -58,6 +58,30 @@ def put_back(owner, before):
             setattr(owner, name, before[name])
 
 
+class Overwritten:
+    """Values written to evaluated data, which can be put back.
+
+    The next frame's evaluation starts from what it finds, so nothing of ours may be there.
+    """
+
+    def __init__(self):
+        self._previous = []
+
+    def set(self, owner, **values):
+        for name, value in values.items():
+            self.keep(owner, name)
+            setattr(owner, name, value)
+
+    def keep(self, owner, *names):
+        for name in names:
+            value = getattr(owner, name)
+            self._previous.append((owner, name, value.copy() if hasattr(value, "copy") else value))
+
+    def put_back(self):
+        while self._previous:
+            setattr(*self._previous.pop())
+
+
 _HANDLERS = (("render_init", _keep), ("render_complete", _release), ("render_cancel", _release))
 
 

@@ -57,6 +57,25 @@ class Region(NamedTuple):
         left, bottom = self.corner
         return (left <= x) & (x < left + self.size[0]) & (bottom <= y) & (y < bottom + self.size[1])
 
+    def border(self, size):
+        """Settings of Blender's border for a rectangle of some size in the region's lower left corner.
+
+        Returns
+        -------
+        dict of str to bool or float
+            By property of `bpy.types.RenderSettings`.
+        """
+        # In the middle of pixels, as Blender rounds down.
+        left, bottom = np.add(self.corner, 0.5) / self.frame
+        right, top = np.minimum((np.add(self.corner, size) + 0.5) / self.frame, 1.0)
+        return {
+            "use_border": True,
+            "border_min_x": left,
+            "border_min_y": bottom,
+            "border_max_x": right,
+            "border_max_y": top,
+        }
+
     def windows(self, side):
         """The region cut by the full frame's grid of squares of `side` pixels.
 

@@ -1,13 +1,14 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Several Cycles renders of the GATHER driver that make one picture: of each sample, or of more where it is noisy."""
 
+import contextlib
 import os
 
 import bpy
 import numpy as np
 from cycles import engine as cycles
 
-from . import display, driver, film, main_thread, mixed_rates, spots
+from . import display, driver, film, main_thread, mixed_rates, persistence, spots
 from .adaptive import APART
 from .in_order import as_rendered, rendered, without_noise
 from .mixed_rates import planes
@@ -87,23 +88,37 @@ def _of_spots(engine, depsgraph, job, chosen):
     if not job.filter and kind != "BOX":
         for view in job.views.values():
             view.camera.data.cycles_custom["reach"] = job.scene.cycles.filter_width
-    for sample, samples in _shots(job, 0, job.rates.whole):
-        after = job.rates.base + sample * len(chosen.servants)
-        where = [positions(job.region, after + number, job.seed) for number in range(len(chosen.servants))]
-        at_render = np.zeros((2, job.region.pixels), np.uint16)
-        for servants, place in zip(chosen.servants, where, strict=True):
-            here = place.reshape(2, -1)[:, chosen.film]
-            at_render[:, servants] = here if job.filter else by_importance(here, kind)
-        _restrict(engine, depsgraph, job, chosen.plan, name, sample, samples, at_render, chosen.plan.film >= 0)
-        # Only then does Cycles take notice of another seed.
-        cycles.reset(engine, bpy.data, depsgraph)
-        light = planes(job, as_rendered(engine, depsgraph, job)).reshape(-1, job.region.pixels)
-        for servants, place in zip(chosen.servants, where, strict=True):
-            moved = np.zeros((len(light), job.region.pixels), np.float32)
-            moved[:, chosen.film] = light[:, servants]
-            share = np.zeros(job.region.pixels, np.float32)
-            share[chosen.film] = samples
-            yield moved.reshape(-1, height, width), place, share.reshape(height, width)
+    with _border(engine, job.region.border((width, chosen.rows))):
+        for sample, samples in _shots(job, 0, job.rates.whole):
+            after = job.rates.base + sample * len(chosen.servants)
+            where = [positions(job.region, after + number, job.seed) for number in range(len(chosen.servants))]
+            at_render = np.zeros((2, job.region.pixels), np.uint16)
+            for servants, place in zip(chosen.servants, where, strict=True):
+                here = place.reshape(2, -1)[:, chosen.film]
+                at_render[:, servants] = here if job.filter else by_importance(here, kind)
+            _restrict(engine, depsgraph, job, chosen.plan, name, sample, samples, at_render, chosen.plan.film >= 0)
+            # Only then does Cycles take notice of another seed.
+            cycles.reset(engine, bpy.data, depsgraph)
+            light = planes(job, as_rendered(engine, depsgraph, job)).reshape(-1, job.region.pixels)
+            for servants, place in zip(chosen.servants, where, strict=True):
+                moved = np.zeros((len(light), job.region.pixels), np.float32)
+                moved[:, chosen.film] = light[:, servants]
+                share = np.zeros(job.region.pixels, np.float32)
+                share[chosen.film] = samples
+                yield moved.reshape(-1, height, width), place, share.reshape(height, width)
+
+
+@contextlib.contextmanager
+def _border(engine, border):
+    """Have Cycles render a rectangle only."""
+    # `engine.render` is a method of ours, so the render's own settings are behind it.
+    settings = engine.path_resolve("render")
+    written = persistence.Overwritten()
+    main_thread.run(lambda: written.set(settings, **border), engine)
+    try:
+        yield
+    finally:
+        main_thread.run(written.put_back, engine)
 
 
 def _shots(job, first, count):

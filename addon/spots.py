@@ -8,7 +8,7 @@ nor could they take fewer, since a running Cycles heeds a change of its samples 
 (`Session::update_scene`).
 
 Squares and the pixels that they serve follow each other along Cycles' own curve, so that neighbours on the film have
-blocks that complement each other.
+blocks that complement each other.  Squares lie in a few rows, and no others are rendered.
 """
 
 from typing import NamedTuple
@@ -32,12 +32,15 @@ class Spots(NamedTuple):
         The render pixels that serve each.
     ranks : uint32 array, shape (count,)
         Which block of the sequence each film pixel has, among blocks of all its samples.
+    rows : int
+        The render pixels lie in so many rows at the bottom of the region.
     """
 
     plan: Plan
     film: np.ndarray
     servants: np.ndarray
     ranks: np.ndarray
+    rows: int
 
 
 def make(taken, region, servants, seed):
@@ -64,21 +67,22 @@ def make(taken, region, servants, seed):
     film = (rows * width + columns)[np.argsort(cycles_random.z_order(columns + left, rows + bottom))]
     if not film.size:
         return []
-    x, y = _squares(region)
-    capacity = x.shape[1] * 4 // servants
+    capacity = _squares(region)[0].size // servants
     found = []
     for first in range(0, film.size, capacity):
+        own = film[first : first + capacity]
+        x, y = _squares(region, own.size * servants)
         own_seed = (seed + len(found)) % 2**31
         ranks = cycles_random.pixel_ranks(x, y, own_seed)
         # Blocks of a square follow each other, and so do those of its halves.
         order = np.argsort(ranks, axis=0)
         pixels = np.take_along_axis((y - bottom) * width + x - left, order, axis=0)
         blocks = np.take_along_axis(ranks, order, axis=0)[::servants].T.ravel() // np.uint32(servants)
-        own = film[first : first + capacity]
         serving = pixels.reshape(-1, servants, x.shape[1]).transpose(1, 2, 0).reshape(servants, -1)[:, : own.size]
         served = np.full(region.pixels, -1, np.int32)
         served[serving] = own
-        found.append(Spots(Plan(own_seed, width, served), own, serving, blocks[: own.size]))
+        rows = int(y.max()) + 1 - bottom
+        found.append(Spots(Plan(own_seed, width, served), own, serving, blocks[: own.size], rows))
     return found
 
 
@@ -87,12 +91,17 @@ def fit(region):
     return _squares(region)[0].size > 0
 
 
-def _squares(region):
-    """Coordinates x, y of the aligned squares of four pixels in a region, along Cycles' curve: (4, count)."""
-    corners = (
+def _squares(region, pixels=None):
+    """Coordinates x, y of the aligned squares of four pixels in a region, along Cycles' curve: (4, count).
+
+    Of all rows, or of as few at the bottom as have so many pixels.
+    """
+    columns, rows = (
         np.arange(first + first % 2, first + length - 1, 2)
         for first, length in zip(region.corner, region.size, strict=True)
     )
-    x, y = (part.ravel() for part in np.meshgrid(*corners))
+    if pixels is not None:
+        rows = rows[: -(-pixels // (4 * columns.size))]
+    x, y = (part.ravel() for part in np.meshgrid(columns, rows))
     order = np.argsort(cycles_random.z_order(x, y))
     return x[order] + np.array([[0], [1], [0], [1]]), y[order] + np.array([[0], [0], [1], [1]])

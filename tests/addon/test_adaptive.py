@@ -92,6 +92,8 @@ def test_spots_are_served_once_by_whole_blocks(region, servants, share):
         assert np.all(np.sort(ranks, axis=0) == servants * some.ranks + np.arange(servants)[:, None])
         assert np.all(some.plan.film[some.servants] == some.film)
         assert np.count_nonzero(some.plan.film >= 0) == some.servants.size
+        # In as few rows as they fill, but for what is no part of an aligned square.
+        assert y.max() < some.rows <= some.servants.size / (width - 2) + 4
 
 
 def test_neighbouring_spots_have_neighbouring_blocks():
