@@ -34,10 +34,14 @@ def _release(*_):
         _switched.pop().render.use_persistent_data = False
 
 
+def render_settings(engine):
+    """The settings of an engine's render, its own copy; `engine.render` is a method of ours, which hides them."""
+    return engine.path_resolve("render")
+
+
 def is_kept(engine):
     """Whether the evaluated scene is still there after a Cycles render."""
-    # `engine.render` is a method of ours, so the render's own settings are behind it.
-    return engine.path_resolve("render").use_persistent_data
+    return render_settings(engine).use_persistent_data
 
 
 def values(owner):

@@ -111,8 +111,7 @@ def _of_spots(engine, depsgraph, job, chosen):
 @contextlib.contextmanager
 def _border(engine, border):
     """Have Cycles render a rectangle only."""
-    # `engine.render` is a method of ours, so the render's own settings are behind it.
-    settings = engine.path_resolve("render")
+    settings = persistence.render_settings(engine)
     written = persistence.Overwritten()
     main_thread.run(lambda: written.set(settings, **border), engine)
     try:

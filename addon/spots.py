@@ -63,11 +63,12 @@ def make(taken, region, servants, seed):
     """
     width = region.size[0]
     left, bottom = region.corner
-    rows, columns = np.nonzero(taken)
-    film = (rows * width + columns)[np.argsort(cycles_random.z_order(columns + left, rows + bottom))]
+    y, x = np.nonzero(taken)
+    film = (y * width + x)[np.argsort(cycles_random.z_order(x + left, y + bottom))]
     if not film.size:
         return []
-    capacity = _squares(region)[0].size // servants
+    columns, rows = _corners(region)
+    capacity = 4 * columns.size * rows.size // servants
     found = []
     for first in range(0, film.size, capacity):
         own = film[first : first + capacity]
@@ -81,27 +82,28 @@ def make(taken, region, servants, seed):
         serving = pixels.reshape(-1, servants, x.shape[1]).transpose(1, 2, 0).reshape(servants, -1)[:, : own.size]
         served = np.full(region.pixels, -1, np.int32)
         served[serving] = own
-        rows = int(y.max()) + 1 - bottom
-        found.append(Spots(Plan(own_seed, width, served), own, serving, blocks[: own.size], rows))
+        height = int(y.max()) + 1 - bottom
+        found.append(Spots(Plan(own_seed, width, served), own, serving, blocks[: own.size], height))
     return found
 
 
 def fit(region):
     """Whether a region is large enough for any."""
-    return _squares(region)[0].size > 0
+    return all(part.size for part in _corners(region))
 
 
-def _squares(region, pixels=None):
-    """Coordinates x, y of the aligned squares of four pixels in a region, along Cycles' curve: (4, count).
-
-    Of all rows, or of as few at the bottom as have so many pixels.
-    """
-    columns, rows = (
+def _corners(region):
+    """Columns and rows in which the aligned squares of four pixels in a region begin."""
+    return [
         np.arange(first + first % 2, first + length - 1, 2)
         for first, length in zip(region.corner, region.size, strict=True)
-    )
-    if pixels is not None:
-        rows = rows[: -(-pixels // (4 * columns.size))]
+    ]
+
+
+def _squares(region, pixels):
+    """Coordinates x, y of the squares in as few rows as have so many pixels, along Cycles' curve: (4, count) each."""
+    columns, rows = _corners(region)
+    rows = rows[: -(-pixels // (4 * columns.size))]
     x, y = (part.ravel() for part in np.meshgrid(columns, rows))
     order = np.argsort(cycles_random.z_order(x, y))
     return x[order] + np.array([[0], [1], [0], [1]]), y[order] + np.array([[0], [0], [1], [1]])

@@ -142,12 +142,12 @@ def test_gather_is_shown_in_order(results, facts):
     assert np.corrcoef(shown.ravel(), left.ravel())[0, 1] > 0.95
 
 
-@pytest.mark.parametrize(("name", "channel"), [("Paint", 0), ("Lamp", 1), ("Sky", 2)])
-def test_preview(results, name, channel):
-    """A red ball, a green light and a blue sky, by Cycles."""
+@pytest.mark.parametrize(("name", "channel", "times"), [("Paint", 0, 4), ("Lamp", 1, 4), ("Sky", 2, 1.8)])
+def test_preview(results, name, channel, times):
+    """A red ball, a green light and a blue sky, by Cycles; the view takes colour out of so bright a sky."""
     image = picture(results / f"preview_{name}.png")
     others = np.delete(image, channel, axis=-1)
-    assert (image[..., channel] > 1.8 * others.max(axis=-1)).mean() > 0.1
+    assert (image[..., channel] > times * others.max(axis=-1)).mean() > 0.1
 
 
 def test_animation(results):
