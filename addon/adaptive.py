@@ -10,17 +10,15 @@ A pixel's own samples have no say in its rate, only its neighbours' have: a pixe
 otherwise be diluted by further samples more often than one that was too dark, and the picture would lose light (Kirk
 and Arvo, "Unbiased Sampling Techniques for Image Synthesis", 1991).
 
-Noise that the random numbers explain (`addon.control_variates`) is taken out of the whole picture afterwards; before
-rates are chosen as well, it costs time and gains 2 % at most.  A pixel's own samples touch its neighbours' values there
-by the slopes alone, one voice among a thousand and as often up as down, so that what they say of its rate has no sign.
+Noise that the random numbers explain (`addon.control_variates`) is no reason for more samples: it is taken out of the
+base before rates are chosen.  A pixel's own samples touch its neighbours' values there by the slopes alone, one voice
+among a thousand and as often up as down, so that what they say of its rate has no sign.
 """
 
 import bisect
 from dataclasses import dataclass
 
 import numpy as np
-
-from . import automatic, control_variates
 
 _LUMINANCE = np.array((0.2126, 0.7152, 0.0722), np.float32)
 
@@ -41,9 +39,6 @@ _BROKEN = 1.5
 
 # A sample that is no part of a block tells about half as much as one of the block.
 _LOOSE = 0.5
-
-# Modes that may explain noise, of those that are strongest in pixels of each level.
-_MODES = 48
 
 # Between the seeds of the plan and of larger blocks, beyond any animation's.
 APART = 1 << 30
@@ -204,71 +199,6 @@ def levels_over_threshold(picture, threshold):
     )
     contrast = 0.5 * difference / np.maximum(np.stack(sums, axis=2) / weight[..., None], 1e-6)
     return np.where((contrast > threshold * _CONTRASTS).any(axis=2), 2, 1).astype(np.int8)
-
-
-class Cleaner:
-    """Takes out the noise that Cycles' numbers explain, from pixels of all levels at once.
-
-    How much radiance rises with a mode does not depend on how many samples a pixel has, so all pixels tell it, and each
-    uses what it is for the mean of its own samples.
-
-    Parameters
-    ----------
-    sources : tuple
-        Of `automatic.shares`.
-    rates : Rates
-    drawn : callable
-        Of `automatic.drawn`.
-    """
-
-    def __init__(self, sources, rates, drawn):
-        self._rates, self._drawn = rates, drawn
-        strongest = [automatic.error_modes(sources, count, _MODES) for count in (rates.base, rates.whole)]
-        self._modes = list(strongest[0] | strongest[1])
-
-    @classmethod
-    def of_picture(cls, use, drawn, rates):
-        """As `control_variates.of_picture`; None if there is nothing to explain."""
-        sources = tuple(automatic.shares(use))
-        if not sources or rates.whole > control_variates.MOST_SAMPLES:
-            return None
-        return cls(sources, rates, drawn)
-
-    def __call__(self, planes, levels, noisiest=()):
-        """Planes without the noise.
-
-        Parameters
-        ----------
-        planes : float32 array, shape (planes, height, width)
-            Each pixel's mean over its samples.
-        levels : int8 array, shape (height, width)
-        noisiest : sequence of spots.Spots
-            The pixels of level 2.
-
-        Returns
-        -------
-        float32 array, shape (planes, height, width)
-        """
-        rates = self._rates
-        blocks = np.zeros(levels.size, np.uint32)
-        for some in noisiest:
-            blocks[some.film] = some.ranks
-        blocks = blocks.reshape(levels.shape)
-        most = (rates.base, rates.whole, rates.extra)[levels.max()]
-
-        def numbers(pixels, chosen):
-            """Of as many samples everywhere: where there are fewer they are repeated."""
-            level = levels[pixels]
-            found = self._drawn(pixels, chosen, min(most, rates.whole), 0)
-            more = automatic.numbers(chosen, blocks[pixels][level == 2], rates.extra, rates.extra)
-            for name, values in found.items():
-                base, whole = (values[np.arange(most) * count // most] for count in (rates.base, len(values)))
-                found[name] = np.where(level == 1, whole, base)
-                if most == rates.extra:
-                    found[name][:, level == 2] = more[name]
-            return found
-
-        return control_variates.without_noise(planes, numbers, self._modes)
 
 
 def _variance(picture):

@@ -82,21 +82,26 @@ def of_picture(use, drawn, period=0):
     Returns
     -------
     callable or None
-        Planes (planes, height, width) of a picture by the plan, first sample, number of samples -> planes.  None if
-        nothing is left to chance, or no block has other numbers.
+        Planes (planes, height, width) of a picture by the plan, first sample, number of samples, which pixels as
+        `without_noise` takes them, and what they drew if not what `drawn` tells -> planes.  None if nothing is left to
+        chance, or no block has other numbers.
     """
     sources = tuple(automatic.shares(use))
     if not sources or 0 < period <= _BLOCK:
         return None
 
-    def taken_out(planes, first, samples):
+    def taken_out(planes, first, samples, taken=None, drawn=drawn):
         candidates = tuple(automatic.error_modes(sources, samples, _CANDIDATES))
-        return without_noise(planes, lambda pixels, chosen: drawn(pixels, chosen, samples, first), candidates, period)
+
+        def numbers(pixels, chosen):
+            return drawn(pixels, chosen, samples, first)
+
+        return without_noise(planes, numbers, candidates, period, taken)
 
     return taken_out
 
 
-def without_noise(planes, numbers, candidates, period=0):
+def without_noise(planes, numbers, candidates, period=0, taken=None):
     """Take out the noise that modes of the random numbers explain.
 
     Parameters
@@ -111,29 +116,29 @@ def without_noise(planes, numbers, candidates, period=0):
         Modes that may explain something, as in `modes.variances`.
     period : int
         Pixels each way after which numbers repeat, a multiple of 8; 0 if they do not.
+    taken : bool array, shape (height, width), optional
+        The pixels from which noise is to be taken out, and which tell of it; all by default.
 
     Returns
     -------
     float32 array, shape (planes, height, width)
     """
     _, height, width = planes.shape
+    taken = np.ones((height, width), bool) if taken is None else taken
+    if not taken.any():
+        return planes.copy()
     processors = os.process_cpu_count() or 1
     part = max(_whole_blocks(_TOGETHER // width), _whole_blocks(-(-height // processors)))
     # Blocks that are listened to, and the pixels around these.
     margin = (_NEIGHBOURS + 1) * _BLOCK
     result = planes.copy()
     with concurrent.futures.ThreadPoolExecutor(processors) as threads:
-        found = _survey(planes, numbers, candidates, _Listening(period), threads)
+        found = _survey(planes, taken, numbers, candidates, _Listening(period), threads)
 
         def clean(top):
             seen = slice(max(0, top - margin), min(height, top + part + margin))
             own = slice(top, min(top + part, height))
-
-            def numbers_seen(rows):
-                rows = np.arange(rows.start, rows.stop) + seen.start
-                return numbers((rows[:, None], np.arange(width)), found.modes)
-
-            for rows, explained in _explained(planes[:, seen], numbers_seen, found):
+            for rows, explained in _explained(planes[:, seen], taken[seen], numbers, found, seen.start):
                 here = _moved(rows, seen.start)
                 kept = slice(max(here.start, own.start), min(here.stop, own.stop))
                 if kept.start < kept.stop:
@@ -151,8 +156,6 @@ class _Listening:
     ----------
     own : float32 array
         Weights of the rows (and columns) with the block's own numbers: what they have in common is not listened to.
-    weights, squares : float
-        Sum of the other weights, and of their squares.
     heard : float
         The number of blocks that have one say.
     """
@@ -160,9 +163,9 @@ class _Listening:
     def __init__(self, period):
         same = _AWAY % (period // _BLOCK) == 0 if period else _AWAY == 0
         self.own = np.where(same, _NEARNESS, np.float32(0))
-        self.weights = float(_NEARNESS.sum() ** 2 - self.own.sum() ** 2)
-        self.squares = float(np.square(_NEARNESS).sum() ** 2 - np.square(self.own).sum() ** 2)
-        self.heard = self.weights**2 / self.squares
+        weights = _NEARNESS.sum() ** 2 - self.own.sum() ** 2
+        squares = np.square(_NEARNESS).sum() ** 2 - np.square(self.own).sum() ** 2
+        self.heard = float(weights**2 / squares)
 
 
 @dataclass(frozen=True)
@@ -189,25 +192,29 @@ class _Survey:
     strength: np.ndarray
 
 
-def _survey(planes, numbers, candidates, listening, threads):
-    """Find out in some tiles of the picture what explains most."""
+def _survey(planes, taken, numbers, candidates, listening, threads):
+    """Find out in some tiles of the picture, where most pixels are taken, what explains most."""
     sides, counts = zip(*map(_tiles, planes.shape[1:]), strict=True)
     corners = np.stack(np.meshgrid(*map(np.arange, counts), indexing="ij"), axis=-1).reshape(-1, 2) * sides
     if len(corners) > _TILES:
-        corners = np.random.default_rng(0).permutation(corners)[:_TILES]
+        corners = np.random.default_rng(0).permutation(corners)
+        counts = np.array([taken[y : y + sides[0], x : x + sides[1]].sum() for y, x in corners])
+        corners = corners[np.argsort(-counts, kind="stable")[:_TILES]]
 
     def look(some):
         rows, columns = (
             start[:, None] + np.arange(side) for start, side in zip(np.transpose(some), sides, strict=True)
         )
         pixels = rows[:, :, None], columns[:, None, :]
-        noise, size = _noise(np.moveaxis(planes[:, *pixels], 0, 1))
-        blocks = _Blocks(noise, size, numbers(pixels, candidates), candidates)
+        inside = taken[pixels].astype(np.float32)
+        noise, size = _noise(np.moveaxis(planes[:, *pixels], 0, 1), inside)
+        blocks = _Blocks(noise, size, inside, (rows, columns), numbers, candidates)
         score, _, _ = blocks.listen(None, None, listening)
-        return blocks.moments(), score.reshape(-1, *score.shape[-2:])
+        return *blocks.moments(), score
 
-    moments, scores = zip(*threads.map(look, itertools.batched(corners, _TILES_TOGETHER, strict=False)), strict=True)
-    moments, scores = np.mean(moments, axis=0), np.concatenate(scores)
+    looks = threads.map(look, itertools.batched(corners, _TILES_TOGETHER, strict=False))
+    moments, pixels, scores = zip(*looks, strict=True)
+    moments, scores = sum(moments) / sum(pixels), np.concatenate(scores)
     least = _most_by_chance(listening.heard / len(scores), listening.heard / len(scores))
 
     def strength(basis):
@@ -250,16 +257,28 @@ def _moved(rows, by):
     return slice(rows.start + by, rows.stop + by)
 
 
-def _noise(planes):
-    """What differs from the pixels around, and how much does usually: (..., height, width) both."""
+def _noise(planes, inside):
+    """What differs from the pixels around, and how much that usually is inside: (..., planes, height, width) both."""
     noise = np.clip(np.nan_to_num(planes), -_BRIGHTEST, _BRIGHTEST)
     noise -= _mean_around(noise)
-    return noise, np.sqrt(_mean_around(np.square(noise)))
+    inside = inside[..., None, :, :]
+    mean_square = _mean_around(np.square(noise) * inside) / np.maximum(_mean_around(inside), _TINY)
+    return noise, np.sqrt(np.maximum(mean_square, 0.0))
 
 
-def _explained(planes, numbers, survey):
-    """For groups of rows of pixels, which follow each other, the noise in them that the modes explain."""
+def _explained(planes, taken, numbers, survey, first):
+    """For groups of rows of pixels, which follow each other, the noise in them that the modes explain.
+
+    Parameters
+    ----------
+    planes, taken
+        Some rows of what `without_noise` takes.
+    numbers, survey
+    first : int
+        Which is the first of the rows.
+    """
     _, height, width = planes.shape
+    columns = np.arange(width)
     group = _whole_blocks(_TOGETHER // width)
     below = waiting = None
     for top in range(0, height + group, group):
@@ -268,8 +287,11 @@ def _explained(planes, numbers, survey):
             rows = slice(top, min(top + group, height))
             # What the noise of these rows depends on.
             seen = slice(max(0, top - 2 * _REACH), rows.stop + 2 * _REACH)
-            noise, size = (found[:, _moved(rows, -seen.start)] for found in _noise(planes[survey.noisy, seen]))
-            blocks = _Blocks(noise, size, numbers(rows), survey.modes)
+            inside = taken[seen].astype(np.float32)
+            own = _moved(rows, -seen.start)
+            noise, size = (found[:, own] for found in _noise(planes[survey.noisy, seen], inside))
+            place = np.arange(rows.start, rows.stop) + first, columns
+            blocks = _Blocks(noise, size, inside[own], place, numbers, survey.modes)
         if waiting:
             yield slice(top - group, min(top, height)), waiting.explained(below, blocks, survey)
         below, waiting = waiting, blocks
@@ -282,37 +304,44 @@ class _Blocks:
     ----------
     noise, size : float32 array, shape (..., planes, height, width)
         Of `_noise`.
-    numbers : dict of str to uint8 array, shape (samples, ..., height, width)
+    inside : float32 array, shape (..., height, width)
+        1 of pixels that tell, 0 of others.
+    place : (integer array, shape (..., height); integer array, shape (..., width))
+        Rows and columns of the picture.
+    numbers : callable
+        As `without_noise` takes it.
     chosen : sequence of tuple
         Modes.
     """
 
-    def __init__(self, noise, size, numbers, chosen):
+    def __init__(self, noise, size, inside, place, numbers, chosen):
         self._shape = noise.shape
-        inside = _in_blocks(np.ones((1, *noise.shape[-2:]), np.float32))
-        numbers = {name: _in_blocks(byte[..., None, :, :])[..., 0, :] for name, byte in numbers.items()}
-        self.waves = modes.waves(chosen, numbers)
-        self.waves[..., -1, :, :] *= inside[-1, :, 0]
-        self.waves[..., -1, :] *= inside[:, -1, 0]
-        self.waves = np.moveaxis(self.waves, 0, -2)
-        self._telling = inside[..., :_TELLING].sum(axis=-1).mean()
-        self.size = _in_blocks(size)
-        noise = _in_blocks(noise)
+        inside = _in_blocks(inside[..., None, :, :])
+        # Blocks without a pixel that tells are left out of everything that takes time.
+        self.some = inside.any(axis=(-2, -1))
+        self.inside, self.size = inside[self.some], _in_blocks(size)[self.some]
+        *tiles, row, column = np.nonzero(self.some)
+        rows, columns = (_in_eights(part)[*tiles, at] for part, at in zip(place, (row, column), strict=True))
+        drawn = numbers((rows[:, :, None], columns[:, None, :]), chosen)
+        drawn = {name: byte.reshape(*byte.shape[:-2], -1) for name, byte in drawn.items()}
+        self.waves = np.moveaxis(modes.waves(chosen, drawn), 0, 1)
+        noise = _in_blocks(noise)[self.some]
         limit = _OUTLIER * self.size.mean(axis=-1, keepdims=True)
-        noise = np.clip(noise, -limit, limit)
+        noise = np.clip(noise, -limit, limit) * self.inside
         # Sums that make scores, side by side so that they are summed up at once.
         products = noise @ self.waves.swapaxes(-1, -2)
-        pixels = np.broadcast_to(inside.sum(axis=-1), (*noise.shape[:-2], 1))
-        sums = (products.reshape(*products.shape[:-2], -1), np.square(noise).sum(axis=-1), pixels)
-        self.told = np.concatenate(sums, axis=-1)
+        squares = np.square(noise).sum(axis=-1)
+        told = np.concatenate([products.reshape(len(noise), -1), squares, self.inside.sum(axis=-1)], axis=-1)
+        self.told = np.zeros((*self.some.shape, told.shape[-1]), np.float32)
+        self.told[self.some] = told
 
     def moments(self):
-        """Mean products of the modes: (modes, modes)."""
+        """Products of the modes, (modes, modes), summed over a part of the pixels, and how many these are."""
         # Block by block: one large product would be taken by threads of the linear algebra library's own, which get in
         # the way of ours.
-        waves = self.waves[..., :_TELLING]
-        products = waves @ waves.swapaxes(-1, -2)
-        return products.reshape(-1, *products.shape[-2:]).mean(axis=0) / self._telling
+        inside = self.inside[..., :_TELLING]
+        waves = self.waves[..., :_TELLING] * inside
+        return (waves @ waves.swapaxes(-1, -2)).sum(axis=0), inside.sum()
 
     def listen(self, below, above, listening):
         """What the blocks around say of the noise.
@@ -325,16 +354,17 @@ class _Blocks:
 
         Returns
         -------
-        score : float32 array, shape (rows, columns, planes, modes)
-            How the noise goes with each mode; of a mode with a mean square of 1 that it does not go with, chance makes
-            the score's mean square 1.
-        chance : float32 array, shape (rows, columns)
+        score : float32 array, shape (blocks, planes, modes)
+            Of blocks with pixels that tell: how the noise goes with each mode.  Of a mode with a mean square of 1 that
+            it does not go with, chance makes the score's mean square 1.
+        chance : float32 array, shape (blocks, planes)
             The part of the noise's standard deviation that a score of 1 stands for.
-        deviation : float32 array, shape (rows, columns, planes)
+        deviation : float32 array, shape (blocks, planes)
             The noise's standard deviation.
         """
         planes = self._shape[-3]
-        *tiles, rows, columns, count, _ = self.waves.shape
+        count = self.waves.shape[-2]
+        *tiles, rows, columns = self.some.shape
         around = np.zeros((*tiles, rows + 2 * _NEIGHBOURS, columns + 2 * _NEIGHBOURS, self.told.shape[-1]), np.float32)
         inner = around[..., _NEIGHBOURS:-_NEIGHBOURS, :]
         inner[..., _NEIGHBOURS:-_NEIGHBOURS, :, :] = self.told
@@ -342,15 +372,18 @@ class _Blocks:
             inner[:_NEIGHBOURS] = below.told[-_NEIGHBOURS:]
         if above:
             inner[rows + _NEIGHBOURS : rows + _NEIGHBOURS + len(above.told)] = above.told[:_NEIGHBOURS]
-        total = _weighted(around, _NEARNESS) - _weighted(around, listening.own)
-        product, square, pixels = np.split(total, np.cumsum((planes * count, planes)), axis=-1)
+
+        def heard(told, power):
+            return (_weighted(told, _NEARNESS**power) - _weighted(told, listening.own**power))[self.some]
+
+        product, square, pixels = np.split(heard(around, 1), np.cumsum((planes * count, planes)), axis=-1)
         # The weights' squares weigh the chances.
-        square, ratio = np.maximum(square, 0.0), np.float32(listening.squares / listening.weights)
-        score = product.reshape(*square.shape, count) / np.maximum(np.sqrt(ratio * square), _TINY)[..., None]
+        by_chance = np.sqrt(np.maximum(heard(around[..., planes * count : -1], 2), 0.0))
+        score = product.reshape(-1, planes, count) / np.maximum(by_chance, _TINY)[..., None]
         # A picture of a single block has nobody to listen to, only what rounding leaves of itself.
         pixels = np.where(pixels > 0.1, pixels, np.float32(np.inf))
-        chance, deviation = np.sqrt(ratio / pixels), np.sqrt(square / pixels)
-        return score, chance[..., 0], deviation
+        deviation = np.sqrt(np.maximum(square, 0.0) / pixels)
+        return score, by_chance / (pixels * np.maximum(deviation, _TINY)), deviation
 
     def explained(self, below, above, survey):
         """The noise that the modes explain: (planes, rows, width), of pixels.
@@ -367,13 +400,15 @@ class _Blocks:
         # How far scores are from chance here, all together, weighed by how much of each is true where all is usual.
         strength = survey.strength
         share = strength / (1.0 + strength)
-        excess = (share * (np.square(score) - 1.0)).sum(axis=3, keepdims=True)
+        excess = (share * (np.square(score) - 1.0)).sum(axis=2, keepdims=True)
         score *= excess > _most_by_chance(np.square(share).sum(axis=1), share.max(axis=1))[:, None]
         here = strength * (np.maximum(excess, 0.0) / np.maximum((share * strength).sum(axis=1), _TINY)[:, None])
         score *= here / (1.0 + here)
-        slope = (chance[..., None, None] * score) @ survey.basis
-        size = np.minimum(self.size, deviation[..., None])
-        return _from_blocks(size * (slope @ self.waves))[:, :height, :width]
+        slope = (chance[..., None] * score) @ survey.basis
+        size = np.minimum(self.size, deviation[..., None]) * self.inside
+        found = np.zeros((*self.some.shape, *size.shape[1:]), np.float32)
+        found[self.some] = size * (slope @ self.waves)
+        return _from_blocks(found)[:, :height, :width]
 
 
 def _weighted(around, weights):
@@ -400,6 +435,12 @@ def _mean_around(planes):
         seven /= np.float32(7)
         planes = np.moveaxis(seven, 0, axis)
     return planes
+
+
+def _in_eights(numbers):
+    """(..., length) as (..., blocks, 8); the last number fills the last block."""
+    numbers = np.pad(numbers, [(0, 0)] * (numbers.ndim - 1) + [(0, -numbers.shape[-1] % _BLOCK)], mode="edge")
+    return numbers.reshape(*numbers.shape[:-1], -1, _BLOCK)
 
 
 def _in_blocks(planes):

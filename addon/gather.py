@@ -60,7 +60,7 @@ class Job:
     filter : Filter or None
         What samples are spread by; None leaves that to Cycles.
     without_noise : callable or None
-        Of `control_variates.of_picture`, or `adaptive.Cleaner` if there are levels; None leaves the noise in.
+        Of `control_variates.of_picture`; None leaves the noise in.
     denoise : bool
         Whether the result is to be denoised.
     folder : tempfile.TemporaryDirectory
@@ -80,7 +80,7 @@ class Job:
     rates: adaptive.Rates
     choose_levels: Callable | None
     filter: Filter | None
-    without_noise: Callable | adaptive.Cleaner | None
+    without_noise: Callable | None
     denoise: bool
     folder: tempfile.TemporaryDirectory
     before: list
@@ -197,10 +197,7 @@ def prepare(engine, data, depsgraph):
     if driver.takes_out_noise(settings):
         if is_whole:
             drawn = automatic.drawn(sample_plan, region, settings.samples)
-            if choose_levels is None:
-                without_noise = control_variates.of_picture(use, drawn)
-            else:
-                without_noise = adaptive.Cleaner.of_picture(use, drawn, rates)
+            without_noise = control_variates.of_picture(use, drawn)
         else:
             noise = layer_noise.described(use, region, settings, frame, "GATHER", added)
     facts = layers.facts(scene, layer.name, tile, sample_plan, seed, settings.samples, noise)

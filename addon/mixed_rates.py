@@ -13,11 +13,10 @@ from .reconstruction import Filter, Reconstruction
 _SAMPLE_COUNT = "Debug Sample Count"
 
 
-def base_picture(job, shots):
-    """The picture at the base rate, (height, width, 4), of passes with equally many samples each."""
+def base_picture(job, passes):
+    """The picture at the base rate, (height, width, 4)."""
     width, height = job.region.size
-    picture = np.mean([film.combined(passes | denoising.noisy(passes)) for passes in shots], axis=0)
-    return picture.reshape(height, width, 4)
+    return film.combined(passes | denoising.noisy(passes)).reshape(height, width, 4)
 
 
 def planes(job, passes):
@@ -41,7 +40,7 @@ def mixed(engine, job, first, base, further, levels, clean=None):
     levels : int8 array, shape (height, width)
         Of each pixel (`adaptive.Rates`).
     clean : callable, optional
-        Planes of the mean of all samples -> planes without known noise.
+        Planes of the mean of all samples -> planes without the noise that is still known.
     """
     rates = job.rates
     count = rates.counts[levels].astype(np.float32)

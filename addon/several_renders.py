@@ -8,7 +8,7 @@ import bpy
 import numpy as np
 from cycles import engine as cycles
 
-from . import display, driver, film, main_thread, mixed_rates, persistence, spots
+from . import control_variates, display, driver, film, main_thread, mixed_rates, persistence, spots
 from .adaptive import APART
 from .in_order import as_rendered, rendered, without_noise
 from .mixed_rates import planes
@@ -37,19 +37,31 @@ def adapted(engine, depsgraph, job):
     rates = job.rates
     engine.shown = display.InOrder(job.region, job.plan)
     base = list(_of_plan(engine, depsgraph, job, 0, rates.base, _everywhere(job)))
-    picture = mixed_rates.base_picture(job, [passes for passes, _, _ in base])
+    first, mean = base[0][0], np.mean([planes(job, passes) for passes, _, _ in base], axis=0)
+    clean = without_noise(engine, job, film.with_colours(first, mean), 0, rates.base)
+    known, picture = mean - planes(job, clean), mixed_rates.base_picture(job, clean)
     # Further renders show nothing that is better.
     engine.shown = display.Picture(job.region, picture.reshape(-1, 4))
     levels = _levels(job, picture)
     noisiest = spots.make(levels == 2, job.region, rates.extra // rates.whole, job.seed ^ APART)
+    # Noise of whole blocks is another than that of their samples.
+    completed = (levels == 1) & (rates.whole > rates.base)
+
+    def without_further_noise(light):
+        if rates.whole <= control_variates.MOST_SAMPLES:
+            light = job.without_noise(light, 0, rates.whole, completed)
+        if rates.extra <= control_variates.MOST_SAMPLES:
+            light = job.without_noise(light, 0, rates.extra, levels == 2, spots.drawn(noisiest, levels.shape))
+        return light
+
     return mixed_rates.mixed(
         engine,
         job,
-        base[0][0],
-        ((planes(job, passes), where, share) for passes, where, share in base),
-        _further(engine, depsgraph, job, levels == 1, noisiest),
+        first,
+        ((planes(job, passes) - np.where(completed, 0.0, known), where, share) for passes, where, share in base),
+        _further(engine, depsgraph, job, completed, noisiest),
         levels,
-        job.without_noise and (lambda light: job.without_noise(light, levels, noisiest)),
+        job.without_noise and without_further_noise,
     )
 
 
@@ -61,7 +73,7 @@ def _levels(job, picture):
 def _further(engine, depsgraph, job, completed, noisiest):
     """Samples beyond the base: some pixels complete their block, the noisiest take a larger one."""
     base, whole = job.rates.base, job.rates.whole
-    if whole > base and completed.any():
+    if completed.any():
         for passes, where, share in _of_plan(engine, depsgraph, job, base, whole - base, completed):
             yield planes(job, passes), where, share
     for some in noisiest:

@@ -15,7 +15,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from . import cycles_random
+from . import automatic, cycles_random
 from .plan import Plan
 
 
@@ -85,6 +85,25 @@ def make(taken, region, servants, seed):
         height = int(y.max()) + 1 - bottom
         found.append(Spots(Plan(own_seed, width, served), own, serving, blocks[: own.size], height))
     return found
+
+
+def drawn(found, shape):
+    """What Cycles draws at pixels that spots serve, as `control_variates.of_picture` takes it.
+
+    Parameters
+    ----------
+    found : sequence of Spots
+    shape : (int, int)
+        Height and width of the picture.
+
+    Returns
+    -------
+    callable
+    """
+    blocks = np.zeros(shape, np.uint32)
+    for some in found:
+        blocks.ravel()[some.film] = some.ranks
+    return lambda pixels, chosen, samples, first: automatic.numbers(chosen, blocks[pixels], samples, samples, first)
 
 
 def fit(region):

@@ -283,11 +283,11 @@ def _adapted(engine, job, renders, shots, progress):
             base.append((light, _positions(job, job.cells, sample), everywhere))
     if engine.test_break():
         return
+    clean = in_order.without_noise(engine, job, mean, 0, job.rates.base)
     if not job.filter:
-        light = mixed_rates.planes(job, in_order.without_noise(engine, job, mean, 0, job.rates.base))
         # Samples stay in their pixels, wherever they lie.
-        base = [(light, _positions(job, job.cells, 0), job.rates.base * everywhere)]
-    levels = job.choose_levels(mixed_rates.base_picture(job, [mean]))
+        base = [(mixed_rates.planes(job, clean), _positions(job, job.cells, 0), job.rates.base * everywhere)]
+    levels = job.choose_levels(mixed_rates.base_picture(job, clean))
     further = _further(engine, job, renders, progress, levels, mean)
     yield mixed_rates.mixed(engine, job, mean, base, further, levels)
 

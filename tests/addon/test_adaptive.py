@@ -5,7 +5,8 @@ import bpy
 import numpy as np
 import pytest
 
-from addon import adaptive, automatic, cycles_random, several_renders, spots
+from addon import adaptive, automatic, control_variates, cycles_random, several_renders, spots
+from addon.analysis import SceneUse
 from addon.plan import Plan
 from addon.region import Region
 from tests import rendering
@@ -136,8 +137,8 @@ def test_noise_of_all_levels_is_known():
     found = spots.make(levels == 2, region, 2, seed=9)
     y, x = np.mgrid[:96, :96]
     ranks = cycles_random.pixel_ranks(x, y, 1)
-    drawn = automatic.drawn(Plan(1, 96, np.arange(96 * 96, dtype=np.int32)), region, 2)
-    cleaner = adaptive.Cleaner((((("light.pick",),), 1.0),), rates, drawn)
+    use = SceneUse(motion_blur=False, lens=False, lights=2, bounces=False, glow=False)
+    clean = control_variates.of_picture(use, automatic.drawn(Plan.in_place(1, region), region, 2))
 
     def wave(first, count):
         index = np.asarray(first * np.uint32(count)) + np.arange(count, dtype=np.uint32).reshape(-1, *(1,) * first.ndim)
@@ -147,9 +148,37 @@ def test_noise_of_all_levels_is_known():
     noise = np.where(levels == 1, whole.mean(axis=0), whole[0])
     for some in found:
         noise.ravel()[some.film] = wave(some.ranks, 4).mean(axis=0)
-    left = cleaner((1.0 + noise)[None].astype(np.float32), levels, found)[0] - 1.0
+    left = picture = (1.0 + noise)[None].astype(np.float32)
+    left = clean(left, 0, rates.base, levels == 0)
+    left = clean(left, 0, rates.whole, levels == 1)
+    left = clean(left, 0, rates.extra, levels == 2, spots.drawn(found, levels.shape))
     for level in range(3):
-        assert left[levels == level].var() < 0.5 * noise[levels == level].var()
+        assert left[0][levels == level].var() < 0.5 * picture[0][levels == level].var()
+
+
+@pytest.mark.parametrize("driver", ["GATHER", "SUBRENDER"])
+def test_known_noise_is_no_reason_for_more_samples(tmp_path, monkeypatch, driver):
+    """A floor under two lamps: which is chosen makes most of the noise, and rates are chosen without that."""
+    scene = rendering.empty_scene(64, 64)
+    scene.spectral_tiles.driver = driver
+    scene.spectral_tiles.adaptive = "BUDGET"
+    rendering.add_camera((0, 0, 5))
+    rendering.add_plane(20, rendering.diffuse())
+    rendering.add_light("AREA", 100, (-2, 0, 3), size=0.5)
+    rendering.add_light("AREA", 300, (2, 0, 3), size=0.5)
+    scene.cycles.max_bounces = 0
+    seen = []
+    by_variance = adaptive.levels_by_variance
+    monkeypatch.setattr(
+        adaptive, "levels_by_variance", lambda variance, *rest: seen.append(variance) or by_variance(variance, *rest)
+    )
+    noise = {}
+    for switched_on in (False, True):
+        bpy.context.scene.spectral_tiles.control_variates = switched_on
+        seen.clear()
+        rendering.render(tmp_path, "SPECTRAL_TILES", 2)
+        noise[switched_on] = np.mean(seen)
+    assert noise[True] < 0.5 * noise[False]
 
 
 def scene_with_a_shadow():

@@ -34,9 +34,9 @@ def repeated(numbers, period):
     return {name: byte[:, y % period, x % period] if period else byte for name, byte in numbers.items()}
 
 
-def cleaned(planes, numbers, chosen, period=0):
+def cleaned(planes, numbers, chosen, period=0, taken=None):
     return control_variates.without_noise(
-        planes, lambda pixels, _: {n: b[:, *pixels] for n, b in numbers.items()}, chosen, period
+        planes, lambda pixels, _: {n: b[:, *pixels] for n, b in numbers.items()}, chosen, period, taken
     )
 
 
@@ -90,6 +90,20 @@ def test_noise_that_repeats_is_not_taken_for_explained(chosen):
         noise = np.random.default_rng(seed).normal(size=(1, 16, 16))[:, y % 16, x % 16].astype(np.float32)
         ratios.append(cleaned(1 + noise, repeated(drawn(seed), 16), chosen, 16).var() / noise.var())
     assert np.mean(ratios) < 1.03
+
+
+def test_only_some_pixels_are_meant(chosen):
+    """Half of the pixels, here and there, and none in one part; the others are noisier, and their numbers say so."""
+    taken = np.random.default_rng(3).random((HEIGHT, WIDTH)) < 0.5
+    taken[:40, :40] = False
+    numbers = drawn(1)
+    wave = modes.waves([(("t", 1),)], numbers)[0]
+    picture = np.where(taken, 1.0 + wave, 1.0 - 3.0 * wave)[None].astype(np.float32)
+    left = cleaned(picture, numbers, chosen, taken=taken)[0]
+    assert np.array_equal(left[~taken], picture[0][~taken])
+    assert left[taken].var() < 0.1 * picture[0][taken].var()
+    nothing = np.zeros_like(taken)
+    assert np.array_equal(cleaned(picture, numbers, chosen, taken=nothing), picture)
 
 
 def test_a_picture_without_noise_is_left_alone(chosen):
