@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Adaptive sampling: which pixels get more samples, judged by a few everywhere (Mitchell 1991, section 9).
 
-Pixels have one of three rates.  The plan is the one for the same samples everywhere: all pixels take the first of their
+Pixels have one of a few rates.  The plan is the one for the same samples everywhere: all pixels take the first of their
 block of it, most complete the block, and the picture is then as blue as without adapting.  Where it is noisier than
 elsewhere, pixels take a whole larger block instead (`addon.spots`).  (Parts of larger blocks at all rates gain more at
 noisy pixels, but are a tenth to a third worse after a low-pass wherever the noise is even.)
@@ -28,7 +28,7 @@ _KERNEL = np.exp(-0.5 * (np.arange(-3.0 * _SIGMA, 3.0 * _SIGMA + 1.0) / _SIGMA) 
 _KERNEL /= _KERNEL.sum()
 
 # Share of the picture's mean variance that every pixel is credited with: neighbours may be silent by chance.
-_DOUBT = 0.1
+_DOUBT = 0.05
 
 # Pixels whose worths differ by less than this many doublings are taken in random order: one rate fades into the next
 # where the noise changes slowly, and a budget that ends among equals leaves no edge.
@@ -39,9 +39,6 @@ _BROKEN = 1.5
 
 # A sample that is no part of a block tells about half as much as one of the block.
 _LOOSE = 0.5
-
-# Between the seeds of the plan and of larger blocks, beyond any animation's.
-APART = 1 << 30
 
 # Mitchell 1987, section 3: contrasts of red, green and blue that ask for more samples.
 _CONTRASTS = np.array((0.4, 0.3, 0.6), np.float32)
@@ -57,33 +54,38 @@ class Rates:
         Samples that every pixel takes first: all that it gets at level 0.
     whole : int
         Samples of the plan's blocks, what a pixel gets at level 1.
-    extra : int
-        Samples of the larger blocks, what a pixel gets at level 2 beside the base: 2 or 4 times `whole`.
+    larger : tuple of int
+        Samples of the larger blocks, what a pixel gets at levels 2, 3, ... beside the base: 2 or 4 times `whole`.
     """
 
     base: int
     whole: int
-    extra: int
+    larger: tuple[int, ...]
 
     @property
     def counts(self):
-        """Samples at levels 0, 1, 2."""
-        return np.array((self.base, self.whole, self.base + self.extra))
+        """Samples at each level."""
+        return np.array((self.base, self.whole, *(self.base + block for block in self.larger)))
 
     @property
     def base_weight(self):
-        """What a sample of the base weighs beside the others, at levels 0, 1, 2: it is no part of the larger block."""
-        return np.array((1.0, 1.0, _LOOSE), np.float32)
+        """What a sample of the base weighs beside the others, at each level: it is no part of the larger blocks."""
+        return np.array((1.0, 1.0, *(_LOOSE for _ in self.larger)), np.float32)
+
+
+def apart(level):
+    """By which bit the seeds of a level's larger blocks differ from the plan's: beyond any animation's."""
+    return 1 << 32 - level
 
 
 def rates_in_budget(samples):
     """Rates that can have a mean of `samples`, at least 2."""
-    return Rates(samples // 2, samples, 2 * samples)
+    return Rates(samples // 2, samples, (2 * samples, 4 * samples))
 
 
 def rates_over_threshold(samples):
     """Rates of which the lower one is `samples`."""
-    return Rates(samples, samples, 4 * samples)
+    return Rates(samples, samples, (4 * samples,))
 
 
 def rates_of(settings):
@@ -93,7 +95,7 @@ def rates_of(settings):
         return rates_over_threshold(samples)
     if settings.adaptive == "BUDGET" and samples > 1:
         return rates_in_budget(samples)
-    return Rates(samples, samples, 0)
+    return Rates(samples, samples, ())
 
 
 def chooser(settings, in_budget, over_threshold):
@@ -106,7 +108,7 @@ def chooser(settings, in_budget, over_threshold):
         As `levels_in_budget` and `levels_over_threshold`.
     """
     rates, threshold = rates_of(settings), settings.adaptive_threshold
-    if not rates.extra:
+    if not rates.larger:
         return None
     if settings.adaptive == "THRESHOLD":
         return lambda picture: over_threshold(picture, threshold)
@@ -125,7 +127,6 @@ def levels_in_budget(picture, rates):
     Returns
     -------
     int8 array, shape (height, width)
-        0, 1 or 2.
     """
     return levels_by_variance(_variance(picture), rates)
 
@@ -155,9 +156,10 @@ def levels_by_variance(variance, rates, pixels=None):
     worth = np.log2(variance + _DOUBT * of_pixels(variance).mean() + 1e-30)
     worth += _DITHER * np.random.default_rng(0).random(worth.shape, np.float32)
     counts = rates.counts
-    steps = np.log2([_BROKEN, 1.0]) - np.log2(counts[:-1] * counts[1:])
-    # What a pixel must be worth for a second step beside what it must be for the first.
-    dearer = np.float32([0.0, steps[0] - steps[1]])
+    steps = -np.log2(counts[:-1] * counts[1:])
+    steps[0] += np.log2(_BROKEN)
+    # What a pixel must be worth for each step beside what it must be for the first.
+    dearer = (steps[0] - steps).astype(np.float32)
     worths = np.sort(of_pixels(worth), axis=None)
     budget = (rates.whole - rates.base) * worths.size
 
@@ -165,7 +167,7 @@ def levels_by_variance(variance, rates, pixels=None):
         takers = worths.size - np.searchsorted(worths, least + dearer)
         return takers @ np.diff(counts) <= budget
 
-    leasts = np.sort(np.concatenate([worths, worths - dearer[1]]), kind="stable")
+    leasts = np.sort(np.concatenate([worths - step for step in dearer]), kind="stable")
     chosen = leasts[bisect.bisect_left(leasts, True, key=is_affordable, hi=leasts.size - 1)]
     return sum((worth >= least).astype(np.int8) for least in chosen + dearer)
 

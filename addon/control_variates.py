@@ -19,6 +19,7 @@ Estimation Rule and Its Competitors" (1973)).
 
 import concurrent.futures
 import itertools
+import math
 import os
 from dataclasses import dataclass
 
@@ -323,7 +324,7 @@ class _Blocks:
         *tiles, row, column = np.nonzero(self.some)
         rows, columns = (_in_eights(part)[*tiles, at] for part, at in zip(place, (row, column), strict=True))
         drawn = numbers((rows[:, :, None], columns[:, None, :]), chosen)
-        drawn = {name: byte.reshape(*byte.shape[:-2], -1) for name, byte in drawn.items()}
+        drawn = {name: byte.reshape(*byte.shape[:-2], _BLOCK**2) for name, byte in drawn.items()}
         self.waves = np.moveaxis(modes.waves(chosen, drawn), 0, 1)
         noise = _in_blocks(noise)[self.some]
         limit = _OUTLIER * self.size.mean(axis=-1, keepdims=True)
@@ -331,7 +332,8 @@ class _Blocks:
         # Sums that make scores, side by side so that they are summed up at once.
         products = noise @ self.waves.swapaxes(-1, -2)
         squares = np.square(noise).sum(axis=-1)
-        told = np.concatenate([products.reshape(len(noise), -1), squares, self.inside.sum(axis=-1)], axis=-1)
+        products = products.reshape(*products.shape[:-2], math.prod(products.shape[-2:]))
+        told = np.concatenate([products, squares, self.inside.sum(axis=-1)], axis=-1)
         self.told = np.zeros((*self.some.shape, told.shape[-1]), np.float32)
         self.told[self.some] = told
 

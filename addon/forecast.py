@@ -123,7 +123,7 @@ def render_calls(scene, layer):
     calls = (
         f"Sub-renders: {subrender.sub_renders(scene):,} small Cycles renders, one for each cell of the tile and sample"
     )
-    if adaptive.rates_of(scene.spectral_tiles).extra:
+    if adaptive.rates_of(scene.spectral_tiles).larger:
         calls += "; then several times as many, smaller ones where the picture needs more"
     return f"{calls}. {driver.why_not_gather(scene)}" if is_free else calls
 
@@ -133,7 +133,7 @@ def overhead(scene, layer):
     chosen = _driver(scene, layer)
     if chosen is subrender:
         count, pace = subrender.sub_renders(scene), progress.Progress.pace
-        if pace is None or adaptive.rates_of(scene.spectral_tiles).extra:
+        if pace is None or adaptive.rates_of(scene.spectral_tiles).larger:
             return f"Takes {progress.duration(max(1.0, count * (pace or progress.LEAST)))} at least"
         return f"Takes about {progress.duration(count * pace)} if each takes as long as the last ones did"
     pixels = Region.of_render(scene.render).pixels

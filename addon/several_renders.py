@@ -2,6 +2,7 @@
 """Several Cycles renders of the GATHER driver that make one picture: of each sample, or of more where it is noisy."""
 
 import contextlib
+import itertools
 import os
 
 import bpy
@@ -9,7 +10,7 @@ import numpy as np
 from cycles import engine as cycles
 
 from . import control_variates, display, driver, film, main_thread, mixed_rates, persistence, spots
-from .adaptive import APART
+from .adaptive import apart
 from .in_order import as_rendered, rendered, without_noise
 from .mixed_rates import planes
 from .reconstruction import Reconstruction, by_importance, positions
@@ -43,15 +44,19 @@ def adapted(engine, depsgraph, job):
     # Further renders show nothing that is better.
     engine.shown = display.Picture(job.region, picture.reshape(-1, 4))
     levels = _levels(job, picture)
-    noisiest = spots.make(levels == 2, job.region, rates.extra // rates.whole, job.seed ^ APART)
+    noisiest = [
+        spots.make(levels == level, job.region, samples // rates.whole, job.seed ^ apart(level))
+        for level, samples in enumerate(rates.larger, start=2)
+    ]
     # Noise of whole blocks is another than that of their samples.
     completed = (levels == 1) & (rates.whole > rates.base)
 
     def without_further_noise(light):
         if rates.whole <= control_variates.MOST_SAMPLES:
             light = job.without_noise(light, 0, rates.whole, completed)
-        if rates.extra <= control_variates.MOST_SAMPLES:
-            light = job.without_noise(light, 0, rates.extra, levels == 2, spots.drawn(noisiest, levels.shape))
+        for level, (samples, found) in enumerate(zip(rates.larger, noisiest, strict=True), start=2):
+            if samples <= control_variates.MOST_SAMPLES:
+                light = job.without_noise(light, 0, samples, levels == level, spots.drawn(found, levels.shape))
         return light
 
     return mixed_rates.mixed(
@@ -76,8 +81,8 @@ def _further(engine, depsgraph, job, completed, noisiest):
     if completed.any():
         for passes, where, share in _of_plan(engine, depsgraph, job, base, whole - base, completed):
             yield planes(job, passes), where, share
-    for some in noisiest:
-        yield from _of_spots(engine, depsgraph, job, some)
+    for found in itertools.chain(*noisiest):
+        yield from _of_spots(engine, depsgraph, job, found)
 
 
 def _of_plan(engine, depsgraph, job, first, count, taken):

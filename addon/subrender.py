@@ -58,8 +58,8 @@ class Job:
         Samples of a pixel at each level; the base is all there is without levels.
     choose_levels : callable or None
         Picture at the base rate -> level of each pixel (`addon.cell_levels`); None if all get the same.
-    larger : Cells or None
-        What pixels of level 2 take beside the base; None without levels.
+    larger : list of Cells
+        What pixels of levels 2, 3, ... take beside the base.
     scene : bpy.types.Scene
     layer : bpy.types.ViewLayer
         The original ones.
@@ -81,7 +81,7 @@ class Job:
     subset: range
     rates: adaptive.Rates
     choose_levels: Callable | None
-    larger: Cells | None
+    larger: list[Cells]
     scene: bpy.types.Scene
     layer: bpy.types.ViewLayer
     denoise: bool
@@ -121,7 +121,7 @@ def _check_culling(scene, layer):
 
 def _check_count(scene, layer):
     rates = adaptive.rates_of(scene.spectral_tiles)
-    count = max(_side(scene, samples) ** 2 * samples for samples in (rates.whole, rates.extra))
+    count = max(_side(scene, samples) ** 2 * samples for samples in (rates.whole, *rates.larger))
     if count > _MOST:
         raise Refused(
             f"This picture would take {count:,} sub-renders, for more than {_MOST:,} of which there is no plan; "
@@ -199,10 +199,13 @@ def prepare(engine, data, depsgraph):
     # As in Cycles, the first sample is in the middle.
     if not chosen:
         cells.offsets[:, :, 0] = 0.0
-    larger = choose_levels = None
-    if rates.extra:
-        larger = Cells.of_plan(plan(rates.extra, adaptive.APART), scene, use.motion_blur, kind)
-        parts = cell_levels.Parts(region, larger.plan.side)
+    choose_levels = None
+    larger = [
+        Cells.of_plan(plan(samples, adaptive.apart(level)), scene, use.motion_blur, kind)
+        for level, samples in enumerate(rates.larger, start=2)
+    ]
+    if larger:
+        parts = cell_levels.Parts(region, larger[-1].plan.side)
         choose_levels = adaptive.chooser(settings, parts.levels_in_budget, parts.levels_over_threshold)
     without_noise, noise = None, ""
     if driver.takes_out_noise(settings):
@@ -307,7 +310,8 @@ def _further(engine, job, renders, progress, levels, base):
     """Samples beyond the base, as `mixed_rates.mixed` takes them: pixels complete their block, or take a larger one."""
     rates = job.rates
     parts = []
-    for cells, samples, level in ((job.cells, range(rates.base, rates.whole), 1), (job.larger, range(rates.extra), 2)):
+    blocks = [(job.cells, range(rates.base, rates.whole)), *zip(job.larger, map(range, rates.larger), strict=True)]
+    for level, (cells, samples) in enumerate(blocks, start=1):
         taken = levels == level
         parts.append((cells, samples, taken, cells.shots(job.region, taken)))
     progress.expect(sum(len(samples) * len(shots) for _, samples, _, shots in parts))

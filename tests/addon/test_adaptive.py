@@ -106,7 +106,7 @@ def test_neighbouring_spots_have_neighbouring_blocks():
 
 
 def test_cycles_draws_what_spots_count_on(tmp_path, monkeypatch):
-    """A pixel of level 2 is the mean of its block's samples and, half as heavy, of the base."""
+    """A pixel of level 2 or 3 is the mean of its block's samples and, half as heavy, of the base."""
     scene = rendering.empty_scene(32, 24)
     rendering.add_camera(type="ORTHO", ortho_scale=1)
     rendering.add_plane(4, rendering.diffuse())
@@ -115,26 +115,27 @@ def test_cycles_draws_what_spots_count_on(tmp_path, monkeypatch):
     scene.spectral_tiles.control_variates = False
     levels = np.zeros((24, 32), np.int8)
     levels[10:18, 5:20] = 2
+    levels[10:14, 9:30] = 3
     monkeypatch.setattr(adaptive, "levels_in_budget", lambda picture, rates: levels)
     jobs = []
     adapted = several_renders.adapted
     monkeypatch.setattr(several_renders, "adapted", lambda *given: jobs.append(given[-1]) or adapted(*given))
     picture = rendering.beauty(rendering.render(tmp_path, "SPECTRAL_TILES", 2, seed=3))[::-1]
     (job,) = jobs
-    (found,) = spots.make(levels == 2, job.region, 2, job.seed ^ adaptive.APART)
-    first = job.plan.at_film(job.region)[0].ravel()[found.film] * np.uint32(2)
-    block = found.ranks * np.uint32(4) + np.arange(4, dtype=np.uint32)[:, None]
-    base, extra = (cycles_random.sequence_values(index, ["light.u"])[..., 0] for index in (first, block))
-    drawn = (picture[..., 0] / picture[..., 2]).ravel()[found.film]
-    assert np.abs(drawn - (0.5 * base + extra.sum(axis=0)) / 4.5).max() < 2e-3
+    for level, samples in ((2, 4), (3, 8)):
+        (found,) = spots.make(levels == level, job.region, samples // 2, job.seed ^ adaptive.apart(level))
+        first = job.plan.at_film(job.region)[0].ravel()[found.film] * np.uint32(2)
+        block = found.ranks * np.uint32(samples) + np.arange(samples, dtype=np.uint32)[:, None]
+        base, larger = (cycles_random.sequence_values(index, ["light.u"])[..., 0] for index in (first, block))
+        drawn = (picture[..., 0] / picture[..., 2]).ravel()[found.film]
+        assert np.abs(drawn - (0.5 * base + larger.sum(axis=0)) / (samples + 0.5)).max() < 2e-3
 
 
 def test_noise_of_all_levels_is_known():
     """Where a pixel is what its numbers make it, less than half of the variance is left, whatever its rate."""
     region = Region((96, 96), (0, 0), (96, 96))
     rates = adaptive.rates_in_budget(2)
-    levels = np.random.default_rng(6).integers(0, 3, (96, 96)).astype(np.int8)
-    found = spots.make(levels == 2, region, 2, seed=9)
+    levels = np.random.default_rng(6).integers(0, 4, (96, 96)).astype(np.int8)
     y, x = np.mgrid[:96, :96]
     ranks = cycles_random.pixel_ranks(x, y, 1)
     use = SceneUse(motion_blur=False, lens=False, lights=2, bounces=False, glow=False)
@@ -146,13 +147,17 @@ def test_noise_of_all_levels_is_known():
 
     whole = wave(ranks, 2)
     noise = np.where(levels == 1, whole.mean(axis=0), whole[0])
-    for some in found:
-        noise.ravel()[some.film] = wave(some.ranks, 4).mean(axis=0)
+    larger = {}
+    for level, samples in enumerate(rates.larger, start=2):
+        larger[level] = spots.make(levels == level, region, samples // rates.whole, adaptive.apart(level))
+        for some in larger[level]:
+            noise.ravel()[some.film] = wave(some.ranks, samples).mean(axis=0)
     left = picture = (1.0 + noise)[None].astype(np.float32)
     left = clean(left, 0, rates.base, levels == 0)
     left = clean(left, 0, rates.whole, levels == 1)
-    left = clean(left, 0, rates.extra, levels == 2, spots.drawn(found, levels.shape))
-    for level in range(3):
+    for level, samples in enumerate(rates.larger, start=2):
+        left = clean(left, 0, samples, levels == level, spots.drawn(larger[level], levels.shape))
+    for level in range(4):
         assert left[0][levels == level].var() < 0.5 * picture[0][levels == level].var()
 
 
@@ -203,7 +208,7 @@ def test_expectation_is_native_and_counts_keep_to_the_budget(tmp_path, chosen):
     passes = [rendering.render(tmp_path, "SPECTRAL_TILES", 2, seed) for seed in range(24)]
     rendering.assert_same_expectation(np.stack([rendering.beauty(one) for one in passes]), native)
     count = np.stack([one[COUNT] for one in passes])
-    assert set(np.unique(count)) <= {1.0, 2.0, 5.0}
+    assert set(np.unique(count)) <= {1.0, 2.0, 5.0, 9.0}
     assert 1.9 <= count.mean() <= 2.0
     noise = native[..., 0].std(axis=0)
     assert count.mean(axis=0)[..., 0][noise > np.quantile(noise, 0.8)].mean() > 2.3

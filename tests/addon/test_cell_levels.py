@@ -175,8 +175,8 @@ def test_pixels_are_what_their_samples_are(tmp_path, monkeypatch):
         return points[plan.offset[y % plan.side, x % plan.side]]
 
     (job,) = jobs
-    assert job.cells.plan.side == 16 and job.larger.plan.side == 8
-    whole, larger = drawn(job.cells), drawn(job.larger)
+    assert job.cells.plan.side == 16 and job.larger[0].plan.side == 8
+    whole, larger = drawn(job.cells), drawn(job.larger[0])
     wanted = np.choose(levels, [whole[..., 0], whole.mean(axis=2), (0.5 * whole[..., 0] + larger.sum(axis=2)) / 4.5])
     assert np.abs(picture[..., 0] / picture[..., 2] - wanted).max() < 4e-3
 
@@ -275,10 +275,11 @@ def test_animation(tmp_path):
 
 
 def test_windows_of_cells_of_two_periods_agree():
-    """The smaller period divides the larger one, so a cell of either has one move of its windows."""
+    """The smallest period divides the others, so a cell of any has one move of its windows."""
     for samples in (2, 3, 4, 7, 16):
         rates = adaptive.rates_in_budget(samples)
-        assert cell_plan.side(rates.whole) % cell_plan.side(rates.extra) == 0
+        sides = [cell_plan.side(count) for count in (rates.whole, *rates.larger)]
+        assert all(side % sides[-1] == 0 for side in sides)
     levels = Parts(PICTURE, 4).levels_in_budget(half_noisy(240, 320), adaptive.rates_in_budget(2))
     found = [len(rectangles(levels[y::8, x::8] == 2)) for y in range(8) for x in range(8)]
     assert max(found) <= 4 * cell_levels._WINDOWS
