@@ -15,7 +15,6 @@ base before rates are chosen.  A pixel's own samples touch its neighbours' value
 among a thousand and as often up as down, so that what they say of its rate has no sign.
 """
 
-import bisect
 from dataclasses import dataclass
 
 import numpy as np
@@ -33,6 +32,9 @@ _DOUBT = 0.05
 # Pixels whose worths differ by less than this many doublings are taken in random order: one rate fades into the next
 # where the noise changes slowly, and a budget that ends among equals leaves no edge.
 _DITHER = 0.5
+
+# Halvings that leave no float32 between two thresholds.
+_HALVINGS = 32
 
 # Error of a part of a block over that of a whole block of that size, seen through a low-pass.
 _BROKEN = 1.5
@@ -163,13 +165,13 @@ def levels_by_variance(variance, rates, pixels=None):
     worths = np.sort(of_pixels(worth), axis=None)
     budget = (rates.whole - rates.base) * worths.size
 
-    def is_affordable(least):
-        takers = worths.size - np.searchsorted(worths, least + dearer)
-        return takers @ np.diff(counts) <= budget
-
-    leasts = np.sort(np.concatenate([worths - step for step in dearer]), kind="stable")
-    chosen = leasts[bisect.bisect_left(leasts, True, key=is_affordable, hi=leasts.size - 1)]
-    return sum((worth >= least).astype(np.int8) for least in chosen + dearer)
+    # Halves the interval of what the first step may ask for, from one that nobody meets, until the budget is spent.
+    low, high = worths[0] - dearer[-1], worths[-1] + np.float32(1.0)
+    for _ in range(_HALVINGS):
+        middle = np.float32(0.5) * (low + high)
+        takers = worths.size - np.searchsorted(worths, middle + dearer)
+        low, high = (low, middle) if takers @ np.diff(counts) <= budget else (middle, high)
+    return sum((worth >= least).astype(np.int8) for least in high + dearer)
 
 
 def levels_over_threshold(picture, threshold):

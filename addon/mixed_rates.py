@@ -7,7 +7,7 @@ import numpy as np
 
 from . import denoising, film
 from .in_order import cleaned
-from .reconstruction import Filter, Reconstruction
+from .reconstruction import Reconstruction
 
 # Cycles' pass with the number of samples that each pixel got.
 _SAMPLE_COUNT = "Debug Sample Count"
@@ -46,17 +46,19 @@ def mixed(engine, job, first, base, further, levels, clean=None):
     count = rates.counts[levels].astype(np.float32)
     base_weight = rates.base_weight[levels]
     total = count - rates.base * (1.0 - base_weight)
-    used, mean, sums = [], 0.0, None
+    used, mean, heard, sums = [], 0.0, 0.0, None
     for light, where, share in itertools.chain(((*part, share * base_weight) for *part, share in base), further):
         weight = share / total
         mean += weight * light
-        sums = sums or Reconstruction(job.filter or Filter("BOX", 1.0), *light.shape)
-        sums.add(light, where, weight)
-        if clean and job.filter:
+        heard += weight
+        if job.filter:
+            sums = sums or Reconstruction(job.filter, *light.shape)
+            sums.add(light, where, weight)
             used.append((where, weight))
         if engine.test_break():
             break
-    result = sums.pixels()
+    # Not all samples are heard of if the user has cancelled.
+    result = sums.pixels() if job.filter else mean / np.maximum(heard, 1e-20)
     if clean and not engine.test_break():
         noise = mean - planes(job, cleaned(job, film.with_colours(first, mean), clean))
         if job.filter:

@@ -117,12 +117,15 @@ def _of_spots(engine, depsgraph, job, chosen):
             # Only then does Cycles take notice of another seed.
             cycles.reset(engine, bpy.data, depsgraph)
             light = planes(job, as_rendered(engine, depsgraph, job)).reshape(-1, job.region.pixels)
-            for servants, place in zip(chosen.servants, where, strict=True):
+            # Without a filter it does not matter where in the pixel they lie.
+            together = 1 if job.filter else len(chosen.servants)
+            for first in range(0, len(chosen.servants), together):
+                servants = chosen.servants[first : first + together]
                 moved = np.zeros((len(light), job.region.pixels), np.float32)
-                moved[:, chosen.film] = light[:, servants]
+                moved[:, chosen.film] = light[:, servants].mean(axis=1)
                 share = np.zeros(job.region.pixels, np.float32)
-                share[chosen.film] = samples
-                yield moved.reshape(-1, height, width), place, share.reshape(height, width)
+                share[chosen.film] = samples * together
+                yield moved.reshape(-1, height, width), where[first], share.reshape(height, width)
 
 
 @contextlib.contextmanager
