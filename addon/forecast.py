@@ -24,8 +24,10 @@ from .plan import LARGE, memory
 from .region import Region
 
 # Bytes that a render takes beyond Cycles' own, without further passes: what work in parts takes at most, and of each
-# pixel (`python -m bench times` at 640x360, 1920x1080, 3840x2160 and 8192x8192: 88, 286, 398 and 2350 MB).
+# pixel (`python -m bench times` at 640x360, 1920x1080, 3840x2160 and 8192x8192: 88, 286, 398 and 2350 MB).  And where
+# several renders are mixed (adaptive with a filter, 2 spp, 1920x1080 and 3840x2160: 1024 and 2588 MB).
 _PARTS, _BYTES = 200e6, 32
+_PARTS_MIXED, _BYTES_MIXED = 500e6, 250
 
 # Properties of a perspective camera that Cycles' own motion blur follows, but that of a custom camera does not.
 _OF_VIEW = {"lens", "angle", "angle_x", "angle_y", "sensor_width", "sensor_height"}
@@ -137,7 +139,8 @@ def overhead(scene, layer):
             return f"Takes {progress.duration(max(1.0, count * (pace or progress.LEAST)))} at least"
         return f"Takes about {progress.duration(count * pace)} if each takes as long as the last ones did"
     pixels = Region.of_render(scene.render).pixels
-    memory_used = f"up to {math.ceil((_PARTS + pixels * _BYTES) / 1e7)}0 MB of memory"
+    parts, each = (_PARTS_MIXED, _BYTES_MIXED) if persistence.needed(scene) else (_PARTS, _BYTES)
+    memory_used = f"up to {math.ceil((parts + pixels * each) / 1e7)}0 MB of memory"
     if chosen is in_place:
         return f"Adds little time, and {memory_used}"
     is_large = pixels > LARGE

@@ -37,10 +37,11 @@ def adapted(engine, depsgraph, job):
     """Cycles renders at the base rate, then of further samples for the pixels that need them; data are of the first."""
     rates = job.rates
     engine.shown = display.InOrder(job.region, job.plan)
-    base = list(_of_plan(engine, depsgraph, job, 0, rates.base, _everywhere(job)))
-    first, mean = base[0][0], np.mean([planes(job, passes) for passes, _, _ in base], axis=0)
-    clean = without_noise(engine, job, film.with_colours(first, mean), 0, rates.base)
-    known, picture = mean - planes(job, clean), mixed_rates.base_picture(job, clean)
+    first, base = None, []
+    for passes, where, share in _of_plan(engine, depsgraph, job, 0, rates.base, _everywhere(job)):
+        base.append((planes(job, passes), where, share))
+        first = first or film.with_colours(passes, base[0][0])
+    picture, known = _without_noise_of_base(engine, job, first, [light for light, _, _ in base])
     # Further renders show nothing that is better.
     engine.shown = display.Picture(job.region, picture.reshape(-1, 4))
     levels = _levels(job, picture)
@@ -50,6 +51,10 @@ def adapted(engine, depsgraph, job):
     ]
     # Noise of whole blocks is another than that of their samples.
     completed = (levels == 1) & (rates.whole > rates.base)
+    known[:, completed] = 0.0
+    for light, _, _ in base:
+        light -= known
+    del known
 
     def without_further_noise(light):
         if rates.whole <= control_variates.MOST_SAMPLES:
@@ -63,11 +68,18 @@ def adapted(engine, depsgraph, job):
         engine,
         job,
         first,
-        ((planes(job, passes) - np.where(completed, 0.0, known), where, share) for passes, where, share in base),
+        base,
         _further(engine, depsgraph, job, completed, noisiest),
         levels,
         job.without_noise and without_further_noise,
     )
+
+
+def _without_noise_of_base(engine, job, first, lights):
+    """The picture that is the mean of some lights, without the noise that is known; and that noise."""
+    mean = sum(lights) / np.float32(len(lights))
+    clean = without_noise(engine, job, film.with_colours(first, mean), 0, job.rates.base)
+    return mixed_rates.base_picture(job, clean), mean - planes(job, clean)
 
 
 def _levels(job, picture):

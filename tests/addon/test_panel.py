@@ -265,6 +265,9 @@ def test_forecast_tells_what_a_frame_costs(monkeypatch):
     assert told(forecast.overhead, scene) == "Adds about 5 s once for frames of this size, and up to 240 MB of memory"
     scene.spectral_tiles.animated_seed = True
     assert "about 5 s for each of the first 4 frames" in told(forecast.overhead, scene)
+    scene.spectral_tiles.adaptive = "BUDGET"
+    assert "up to 750 MB" in told(forecast.overhead, scene)
+    scene.spectral_tiles.adaptive = "OFF"
     scene.render.resolution_percentage = 10
     assert told(forecast.overhead, scene) == "Adds less than a second a frame, and up to 210 MB of memory"
 
