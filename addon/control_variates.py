@@ -215,7 +215,11 @@ def _survey(planes, taken, numbers, candidates, listening, threads):
 
     looks = threads.map(look, itertools.batched(corners, _TILES_TOGETHER, strict=False))
     moments, pixels, scores = zip(*looks, strict=True)
-    moments, scores = sum(moments) / sum(pixels), np.concatenate(scores)
+    moments, scores = sum(moments) / max(sum(pixels), 1.0), np.concatenate(scores)
+    # A few pixels at an edge may be in no tile, or tell nothing.
+    if not (len(scores) and moments.diagonal().all()):
+        nothing = np.zeros((0, 0), np.float32)
+        return _Survey(listening, [], nothing, np.arange(0), nothing)
     least = _most_by_chance(listening.heard / len(scores), listening.heard / len(scores))
 
     def strength(basis):

@@ -103,8 +103,17 @@ def test_only_some_pixels_are_meant(chosen, monkeypatch):
     left = cleaned(picture, numbers, chosen, taken=taken)[0]
     assert np.array_equal(left[~taken], picture[0][~taken])
     assert left[taken].var() < 0.1 * picture[0][taken].var()
-    nothing = np.zeros_like(taken)
-    assert np.array_equal(cleaned(picture, numbers, chosen, taken=nothing), picture)
+
+
+@pytest.mark.parametrize("columns", [slice(0, 0), slice(7, 8), slice(WIDTH - 2, WIDTH)])
+def test_few_pixels_tell_nothing(chosen, columns):
+    """None at all, one of a block, some of those that a survey's tiles leave over."""
+    numbers = drawn(1)
+    picture = 1.0 + modes.waves([(("t", 1),)], numbers).astype(np.float32)
+    taken = np.zeros((HEIGHT, WIDTH), bool)
+    taken[7, columns] = True
+    with np.errstate(all="raise"):
+        assert np.array_equal(cleaned(picture, numbers, chosen, taken=taken), picture)
 
 
 def test_a_picture_without_noise_is_left_alone(chosen):
