@@ -25,7 +25,7 @@ from .region import Region
 
 # Bytes that a render takes beyond Cycles' own, without further passes: what work in parts takes at most, and of each
 # pixel (`python -m bench times` at 640x360, 1920x1080, 3840x2160 and 8192x8192: 88, 286, 398 and 2350 MB).  And where
-# several renders are mixed (adaptive with a filter, 2 spp, 1920x1080 and 3840x2160: 1024 and 2588 MB).
+# several renders are mixed (adaptive with a filter, 2 spp, 1920x1080 and 3840x2160: 1024 and 2347 MB).
 _PARTS, _BYTES = 200e6, 32
 _PARTS_MIXED, _BYTES_MIXED = 500e6, 250
 

@@ -54,7 +54,8 @@ def mixed(engine, job, first, base, further, levels, clean=None):
         if job.filter:
             sums = sums or Reconstruction(job.filter, *light.shape)
             sums.add(light, where, weight)
-            used.append((where, weight))
+            if clean:
+                used.append((where, weight))
         if engine.test_break():
             break
     # Not all samples are heard of if the user has cancelled.

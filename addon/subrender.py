@@ -286,8 +286,10 @@ def _adapted(engine, job, renders, shots, progress):
             base.append((light, _positions(job, job.cells, sample), everywhere))
     if engine.test_break():
         return
-    clean = in_order.without_noise(engine, job, mean, 0, job.rates.base)
-    if not job.filter:
+    if job.filter:
+        clean = film.with_colours(mean, sum(light for light, _, _ in base) / np.float32(len(base)))
+    else:
+        clean = in_order.without_noise(engine, job, mean, 0, job.rates.base)
         # Samples stay in their pixels, wherever they lie.
         base = [(mixed_rates.planes(job, clean), _positions(job, job.cells, 0), job.rates.base * everywhere)]
     levels = job.choose_levels(mixed_rates.base_picture(job, clean))
