@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Blender's half of Spectral Tiles: a render engine that makes Cycles take the samples of a plan."""
+"""Blender's half of Spectral Tiles: a switch in Cycles that takes samples where they are needed."""
 
 import bpy
 
@@ -11,40 +11,42 @@ if bpy.app.version < OLDEST_BLENDER:
         f"this is {bpy.app.version_string}"
     )
 
-from . import (  # noqa: E402  (they use what older versions do not have)
-    command,
-    engine,
-    forecast,
-    main_thread,
-    persistence,
-    preset_menu,
-    properties,
-    slot_comparison,
-    tile_making,
-    tile_picture,
-    ui,
-)
+import cycles  # noqa: E402  (what follows uses what older versions do not have)
 
-_MODULES = (
-    properties,
-    persistence,
-    main_thread,
-    engine,
-    forecast,
-    tile_picture,
-    preset_menu,
-    tile_making,
-    slot_comparison,
-    ui,
-    command,
-)
+from . import interface, settings, switch  # noqa: E402
+from .blender import main_thread  # noqa: E402
+
+_MODULES = (settings, main_thread, switch, interface)
+
+# Copies of the extension that are enabled, the first of which is at work; kept where every copy finds it.
+_COPIES = "spectral_tiles_copies"
 
 
 def register():
+    copies = vars(cycles).setdefault(_COPIES, [])
+    copies.append((_start, _stop))
+    if len(copies) == 1:
+        _start()
+    else:
+        print("Spectral Tiles: another copy of the extension is enabled, and at work; this one waits for its end")
+
+
+def unregister():
+    copies = vars(cycles)[_COPIES]
+    was_at_work = copies[0] == (_start, _stop)
+    copies.remove((_start, _stop))
+    if was_at_work:
+        _stop()
+        if copies:
+            start, _ = copies[0]
+            start()
+
+
+def _start():
     for module in _MODULES:
         module.register()
 
 
-def unregister():
+def _stop():
     for module in reversed(_MODULES):
         module.unregister()

@@ -3,7 +3,7 @@
 
 import numpy as np
 
-from addon.cycles_random import pixel_ranks, sequence_values
+from addon.cycles.random_numbers import pixel_ranks, sequence_values
 from generator import Tile, save_tile
 
 

@@ -11,9 +11,10 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from addon import automatic, cycles_random
-from addon.analysis import SceneUse
-from addon.region import Region
+from addon.cycles import random_numbers
+from addon.plan import arranged_plan
+from addon.cycles.scene_analysis import SceneUse
+from addon.blender.region import Region
 from generator import make_tile
 from generator.best_candidate import best_candidates
 from generator.periodogram import cylinder_power, mode_periodogram, pattern_periodogram
@@ -96,10 +97,10 @@ def arrangement() -> Figure:
     """The automatic plan: times as Cycles orders them, as we arrange them, and their errors' spectra."""
     region = Region((SIZE, SIZE), (0, 0), (SIZE, SIZE))
     y, x = np.mgrid[:SIZE, :SIZE]
-    ranks = cycles_random.pixel_ranks(x, y, 0)
-    drawn = cycles_random.sequence_values(ranks.ravel(), ["t"])[:, 0]
+    ranks = random_numbers.pixel_ranks(x, y, 0)
+    drawn = random_numbers.sequence_values(ranks.ravel(), ["t"])[:, 0]
     arranged = np.empty_like(drawn)
-    arranged[automatic.make(SceneUse(True, False, 0, False, False), region, 1, 0).film] = drawn
+    arranged[arranged_plan.make(SceneUse(True, False, 0, False, False), region, 1, 0).film] = drawn
     figure, axes = _row(4)
     curves = {"Cycles": drawn, "arranged": arranged, "white": np.random.default_rng(SEED).random(SIZE**2)}
     for axis, (name, t) in zip(axes, curves.items(), strict=False):

@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from addon.reconstruction import Filter, Reconstruction
+from addon.picture.reconstruction import Filter, Reconstruction
 from bench.errors import HEADER, measure, ratios
 from bench.jobs import AUTOMATIC, TILES, Settings
 from bench.reference import reference

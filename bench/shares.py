@@ -10,7 +10,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from addon import automatic, cycles_random, modes
+from addon.cycles import random_numbers
+from addon.plan import arranged_plan, modes
 from bench.jobs import AUTOMATIC, Settings, images
 from bench.metrics import LUMINANCE
 from bench.scene_files import SceneFile
@@ -40,9 +41,9 @@ def report(scenes: Sequence[SceneFile], lines: int, seeds: Sequence[int]) -> str
         noise = np.stack(pictures) @ LUMINANCE
         noise -= noise.mean(axis=0)
         y, x = np.mgrid[:lines, :lines]
-        ranks = np.stack([cycles_random.pixel_ranks(x, y, seed) for seed in seeds])
-        rows.append([scene.name, *(100.0 * _share(noise, ranks, groups) for groups in automatic.SHARES)])
-    names = [" x ".join("+".join(group) for group in groups) for groups in automatic.SHARES]
+        ranks = np.stack([random_numbers.pixel_ranks(x, y, seed) for seed in seeds])
+        rows.append([scene.name, *(100.0 * _share(noise, ranks, groups) for groups in arranged_plan.SHARES)])
+    names = [" x ".join("+".join(group) for group in groups) for groups in arranged_plan.SHARES]
     means = np.mean([row[1:] for row in rows], axis=0)
     lines_ = [[name, *(f"{row[i + 1]:.1f}" for row in rows), f"{means[i]:.1f}"] for i, name in enumerate(names)]
     return table(["% of the variance", *(row[0] for row in rows), "mean"], lines_)
@@ -52,7 +53,7 @@ def _share(noise: np.ndarray, ranks: np.ndarray, groups: tuple) -> float:
     """Return the part of the variance that lies in the modes of an interaction of groups of dimensions."""
     chosen = list(modes.variances([(groups, 1.0)]))
     found = 0.0
-    for wave in modes.waves(chosen, automatic.numbers(chosen, ranks, 1, 1)):
+    for wave in modes.waves(chosen, arranged_plan.numbers(chosen, ranks, 1, 1)):
         wave /= np.sqrt(np.mean(wave**2))
         product = _in_blocks(noise * wave)
         # The square of a mean is too large by the mean's own variance.

@@ -6,7 +6,7 @@ import contextlib
 import bpy
 import numpy as np
 
-from addon import openimageio
+from addon.blender import openimageio
 
 ENGINES = ("CYCLES", "SPECTRAL_TILES")
 

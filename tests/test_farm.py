@@ -15,7 +15,7 @@ import bpy
 import numpy as np
 import pytest
 
-from addon import command
+from addon.interface import command_line
 from tests import rendering
 
 ROOT = Path(__file__).parents[1]
@@ -30,7 +30,7 @@ addon.register()
 if "DIE" in os.environ:  # when the picture is rendered, but not yet in its place
     still.os.replace = lambda *paths: os._exit(9)
 assert sys.argv[1:3] == ["--command", "spectral_tiles"]
-sys.exit(command.run(sys.argv[3:]))
+sys.exit(command_line.run(sys.argv[3:]))
 """
 
 # What Flamenco gives a job type's script, and one job; prints the tasks.
@@ -94,7 +94,7 @@ def test_layers_and_a_task_that_dies(openjd, scene_file, tmp_path):
     done = openjd("layers.openjd.yaml", **job)
     assert done.returncode == 0, done.stdout + done.stderr
     first = frame.read_bytes()
-    assert command.run(["render", scene_file, "--samples", "8", "--output", str(whole)]) == command.DONE
+    assert command_line.run(["render", scene_file, "--samples", "8", "--output", str(whole)]) == command_line.DONE
     merged, expected = (rendering.beauty(rendering.read_exr(path)) for path in (frame, whole))
     np.testing.assert_allclose(merged, expected, rtol=0, atol=4 * np.finfo(np.float32).eps * expected.max())
 
@@ -133,7 +133,7 @@ def test_flamenco(scene_file, tmp_path, layers):
             line = step["parameters"]["args"]
             assert (step["name"], step["parameters"]["exe"]) == ("exec", "{blender}")
             assert line[:2] == ["--command", "spectral_tiles"]
-            assert command.run(line[2:]) == command.DONE
+            assert command_line.run(line[2:]) == command_line.DONE
         finished.add(task["name"])
     pictures = {path.name for path in tmp_path.glob("*.exr")}
     assert pictures >= {f"frame_000{frame}.exr" for frame in (7, 8, 9)}

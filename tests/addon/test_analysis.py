@@ -2,7 +2,7 @@
 import bpy
 import pytest
 
-from addon.analysis import scene_use
+from addon.cycles.scene_analysis import scene_use
 from tests import rendering
 
 

@@ -5,7 +5,7 @@ import bpy
 import numpy as np
 import pytest
 
-from addon import cell_plan
+from addon.plan import cell_plan
 from tests import rendering
 from tests.addon import test_expectation as scenes
 

@@ -9,7 +9,7 @@ import pytest
 pytest.importorskip("bpy")
 
 import generator
-from addon import aperture, exposure
+from addon.cycles import aperture, exposure
 
 BLADES = (3, 4, 5, 6, 8, 11)
 MIDDLES = np.stack(np.meshgrid(*2 * [(np.arange(256) + 0.5) / 256], indexing="ij"), axis=-1)

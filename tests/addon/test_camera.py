@@ -9,7 +9,7 @@ import bpy
 import numpy as np
 import pytest
 
-from addon import cell_plan
+from addon.plan import cell_plan
 from tests import rendering
 
 # Positions in the probe scene are a few units; a ray may hit the next triangle's edge by rounding.

@@ -13,7 +13,8 @@ import bpy
 import numpy as np
 import pytest
 
-from addon import command, comparison, openimageio
+from addon.blender import openimageio
+from addon.interface import command_line, comparison
 from tests import rendering
 
 
@@ -33,14 +34,14 @@ ROOT = Path(__file__).parents[2]
 
 
 def run(*arguments):
-    return command.run([str(argument) for argument in arguments])
+    return command_line.run([str(argument) for argument in arguments])
 
 
 def test_render(scene_file, tmp_path, capfd):
     summary = tmp_path / "summary.json"
     output = tmp_path / "out" / "picture_##.png"
     options = ("--frames", "1,3", "--samples", "4", "--percentage", "50", "--json", summary)
-    assert run("render", scene_file, "--output", output, *options) == command.DONE
+    assert run("render", scene_file, "--output", output, *options) == command_line.DONE
     assert sorted(path.name for path in output.parent.iterdir()) == ["picture_01.png", "picture_03.png"]
     said = json.loads(summary.read_text())
     assert said["files"] == [str(output.parent / name) for name in ("picture_01.png", "picture_03.png")]
@@ -55,18 +56,18 @@ def test_render(scene_file, tmp_path, capfd):
 
 
 def test_render_where_the_scene_says(scene_file, tmp_path):
-    assert run("render", scene_file, "--frames", "all", "--output", tmp_path / "f") == command.DONE
+    assert run("render", scene_file, "--frames", "all", "--output", tmp_path / "f") == command_line.DONE
     assert sorted(path.name for path in tmp_path.glob("f*")) == ["f0001.png", "f0002.png", "f0003.png"]
 
 
 def test_frames_of_a_path_with_an_ending(scene_file, tmp_path):
-    assert run("render", scene_file, "--frames", "2-3", "--output", tmp_path / "f.png") == command.DONE
+    assert run("render", scene_file, "--frames", "2-3", "--output", tmp_path / "f.png") == command_line.DONE
     assert sorted(path.name for path in tmp_path.glob("f*")) == ["f0002.png", "f0003.png"]
 
 
 def test_compare(scene_file, tmp_path, capfd):
     folder = tmp_path / "pictures"
-    assert run("compare", scene_file, "--out", folder, "--reference-samples", "16", "--json", "-") == command.DONE
+    assert run("compare", scene_file, "--out", folder, "--reference-samples", "16", "--json", "-") == command_line.DONE
     names = [f"{name}.{ending}" for name in ("cycles", "spectral_tiles") for ending in ("exr", "png")]
     assert sorted(path.name for path in folder.iterdir()) == names
     summary = json.loads(capfd.readouterr().out.splitlines()[-1])
@@ -95,7 +96,7 @@ def test_a_refused_render_is_one_line_and_code_1(scene_file, tmp_path, capfd):
     tile = tmp_path / "none.npz"
     tile.write_text("no tile")
     refused = ("render", scene_file, "--output", output, "--tile", tile, "--json", summary)
-    assert run(*refused) == command.FAILED
+    assert run(*refused) == command_line.FAILED
     errors = [line for line in capfd.readouterr().err.splitlines() if line.startswith("spectral_tiles: ")]
     assert len(errors) == 1 and "none.npz" in errors[0]
     assert "none.npz" in json.loads(summary.read_text())["error"]
@@ -105,24 +106,24 @@ def test_a_refused_render_is_one_line_and_code_1(scene_file, tmp_path, capfd):
 def test_failures_are_code_1(scene_file, tmp_path):
     garbage = tmp_path / "garbage.blend"
     garbage.write_text("no scene")
-    assert run("render", garbage) == command.FAILED
-    assert run("render", scene_file, "--scene", "None of them") == command.FAILED
-    assert run("render", scene_file, "--layer", "1/4", "--samples", "2") == command.FAILED
-    assert run("render", scene_file, "--output", scene_file + "/picture.png") == command.FAILED
-    assert run("merge", tmp_path / "picture.exr") == command.FAILED
-    assert run("render", scene_file, "--tile", "no such tile") == command.FAILED
+    assert run("render", garbage) == command_line.FAILED
+    assert run("render", scene_file, "--scene", "None of them") == command_line.FAILED
+    assert run("render", scene_file, "--layer", "1/4", "--samples", "2") == command_line.FAILED
+    assert run("render", scene_file, "--output", scene_file + "/picture.png") == command_line.FAILED
+    assert run("merge", tmp_path / "picture.exr") == command_line.FAILED
+    assert run("render", scene_file, "--tile", "no such tile") == command_line.FAILED
 
 
 def test_only_openexr_is_merged(scene_file, tmp_path, capfd):
     for layer in ("1/2", "2/2"):
         output = tmp_path / "picture.exr"
-        assert run("render", scene_file, "--samples", "2", "--layer", layer, "--output", output) == command.DONE
-    assert run("merge", tmp_path / "merged.png", *tmp_path.glob("picture_layer*.exr")) == command.FAILED
+        assert run("render", scene_file, "--samples", "2", "--layer", layer, "--output", output) == command_line.DONE
+    assert run("merge", tmp_path / "merged.png", *tmp_path.glob("picture_layer*.exr")) == command_line.FAILED
     assert "OpenEXR" in capfd.readouterr().err and not (tmp_path / "merged.png").exists()
 
 
 def test_a_refused_comparison_renders_nothing(scene_file, tmp_path):
-    assert run("compare", scene_file, "--out", tmp_path / "out", "--tile", __file__) == command.FAILED
+    assert run("compare", scene_file, "--out", tmp_path / "out", "--tile", __file__) == command_line.FAILED
     assert not (tmp_path / "out").exists()
 
 
@@ -131,8 +132,8 @@ def test_a_mistake_of_ours_is_one_line_too(scene_file, tmp_path, monkeypatch, ca
     def fail(*_):
         raise error
 
-    monkeypatch.setattr(command.still, "render", fail)
-    assert run("render", scene_file, "--json", tmp_path / "summary.json") == command.FAILED
+    monkeypatch.setattr(command_line.still, "render", fail)
+    assert run("render", scene_file, "--json", tmp_path / "summary.json") == command_line.FAILED
     lines = capfd.readouterr().err.splitlines()
     assert len(lines) == 1 and json.loads((tmp_path / "summary.json").read_text())["error"] in lines[0]
 
@@ -142,7 +143,7 @@ def test_interrupted_while_cycles_renders(scene_file, tmp_path, number):
     """It ends at once, in one line, and leaves nothing but the summary."""
     folder, summary = tmp_path / "out", tmp_path / "summary.json"
     line = ["render", scene_file, "--samples", "4096", "--percentage", "300", "--output", folder / "picture.exr"]
-    program = [sys.executable, "-c", "from addon import command; command.main()", *line, "--json", summary]
+    program = [sys.executable, "-c", "from addon import command; command_line.main()", *line, "--json", summary]
     # A shell's background job ignores interrupts, and so would what it starts.
     process = subprocess.Popen(
         program,
@@ -156,7 +157,7 @@ def test_interrupted_while_cycles_renders(scene_file, tmp_path, number):
     time.sleep(1.0)  # by now Cycles renders, which would take a minute
     process.send_signal(number)
     _, errors = process.communicate(timeout=20)
-    assert process.returncode == command.INTERRUPTED
+    assert process.returncode == command_line.INTERRUPTED
     assert errors.splitlines() == ["spectral_tiles: interrupted"]
     assert json.loads(summary.read_text())["error"] == "interrupted"
     assert list(folder.iterdir()) == []
@@ -186,20 +187,20 @@ def test_interrupted_while_cycles_renders(scene_file, tmp_path, number):
     ],
 )
 def test_wrong_use_is_one_line_and_code_2(arguments, capfd):
-    assert run(*arguments) == command.WRONG_USE
+    assert run(*arguments) == command_line.WRONG_USE
     assert len(capfd.readouterr().err.splitlines()) == 1
 
 
 def test_help_and_tiles(tmp_path, capsys):
     for arguments in (["--help"], *([name, "--help"] for name in ("render", "compare", "merge", "tile"))):
-        assert run(*arguments) == command.DONE
+        assert run(*arguments) == command_line.DONE
         assert "usage: blender --command spectral_tiles" in capsys.readouterr().out
     tile = tmp_path / "tile.npz"
     make = ("tile", "make", "--size", "8", "--steps", "50", "--dims", "t", "--out", tile, "--json", "-")
-    assert run(*make) == command.DONE
+    assert run(*make) == command_line.DONE
     printed = capsys.readouterr().out
     percents = [int(number) for number in re.findall(r"^openjd_progress: (\d+)$", printed, re.MULTILINE)]
     assert percents == sorted(set(percents)) and len(percents) > 10 and percents[-1] == 100
     assert json.loads(printed.splitlines()[-1])["files"] == [str(tile)]
-    assert run("tile", "info", tile) == command.DONE
+    assert run("tile", "info", tile) == command_line.DONE
     assert "8 x 8 pixels" in capsys.readouterr().out

@@ -8,8 +8,9 @@ import bpy
 import numpy as np
 import pytest
 
-from addon import automatic, control_variates, modes
-from addon.analysis import SceneUse
+from addon.picture import control_variates
+from addon.plan import arranged_plan, modes
+from addon.cycles.scene_analysis import SceneUse
 from tests import rendering
 
 USE = SceneUse(motion_blur=True, lens=False, lights=2, bounces=False, glow=False)
@@ -18,7 +19,7 @@ HEIGHT, WIDTH = 96, 83
 
 @pytest.fixture(scope="module")
 def chosen():
-    return list(automatic.error_modes(tuple(automatic.shares(USE)), 1, 8))
+    return list(arranged_plan.error_modes(tuple(arranged_plan.shares(USE)), 1, 8))
 
 
 def drawn(seed, samples=1, height=HEIGHT, width=WIDTH):

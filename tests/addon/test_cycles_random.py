@@ -8,7 +8,7 @@ import bpy
 import numpy as np
 import pytest
 
-from addon import cycles_random
+from addon.cycles import random_numbers
 from tests import rendering
 
 SIZE = 48
@@ -18,8 +18,8 @@ SEED = 7
 def expected(dims, samples=1, sample=0):
     """Our prediction, (height, width, dims), rows from the top as in a render."""
     y, x = np.mgrid[0:SIZE, 0:SIZE]
-    index = cycles_random.pixel_ranks(x, y, SEED) * np.uint32(samples) + np.uint32(sample)
-    return cycles_random.sequence_values(index, dims)[::-1]
+    index = random_numbers.pixel_ranks(x, y, SEED) * np.uint32(samples) + np.uint32(sample)
+    return random_numbers.sequence_values(index, dims)[::-1]
 
 
 def native(folder):
@@ -116,16 +116,16 @@ def test_several_samples_take_consecutive_points():
     """n points of a pixel are a block of the sequence, so they hit each of n strata once."""
     samples = 16
     y, x = np.mgrid[0:8, 0:8]
-    first = cycles_random.pixel_ranks(x, y, SEED)[..., None] * np.uint32(samples)
-    t = cycles_random.sequence_values(first + np.arange(samples, dtype=np.uint32), ("t",))[..., 0]
+    first = random_numbers.pixel_ranks(x, y, SEED)[..., None] * np.uint32(samples)
+    t = random_numbers.sequence_values(first + np.arange(samples, dtype=np.uint32), ("t",))[..., 0]
     assert (np.sort((t * samples).astype(int), axis=-1) == np.arange(samples)).all()
 
 
 def test_leading_bytes_are_the_values_cut_off():
     index = np.random.default_rng(0).integers(0, 2**32, 5000, dtype=np.uint32)
-    dims = tuple(cycles_random.DIMENSIONS)
-    leading = cycles_random.leading_bytes(index, dims)
-    values = cycles_random.sequence_values(index, dims)
+    dims = tuple(random_numbers.DIMENSIONS)
+    leading = random_numbers.leading_bytes(index, dims)
+    values = random_numbers.sequence_values(index, dims)
     rest = 256 * values - np.stack([leading[name] for name in dims], axis=-1)
     # Cycles scales by a little less than 2^-32.
     assert rest.min() > -1e-4 and rest.max() < 1
@@ -133,4 +133,4 @@ def test_leading_bytes_are_the_values_cut_off():
 
 def test_unknown_dimension_is_named():
     with pytest.raises(ValueError, match=r"film\.x"):
-        cycles_random.sequence_values(np.zeros(1, np.uint32), ("film.x",))
+        random_numbers.sequence_values(np.zeros(1, np.uint32), ("film.x",))

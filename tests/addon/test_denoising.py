@@ -5,8 +5,8 @@ import bpy
 import numpy as np
 import pytest
 
-from addon import denoising
-from addon.region import Region
+from addon.cycles import denoiser
+from addon.blender.region import Region
 from tests import rendering
 
 
@@ -51,7 +51,7 @@ def test_is_cycles_own_denoising(tmp_path, settings):
         (name, ""): from_bottom(native[f"ViewLayer.{name}"])
         for name in ("Noisy Image", "Denoising Albedo", "Denoising Normal")
     }
-    ours = denoising.denoise(scene, bpy.context.view_layer, Region((width, height), (0, 0), (width, height)), passes)
+    ours = denoiser.denoise(scene, bpy.context.view_layer, Region((width, height), (0, 0), (width, height)), passes)
     assert np.allclose(ours["Combined", ""], from_bottom(native["ViewLayer.Combined"]), rtol=1e-4, atol=1e-5)
     assert np.abs(ours["Combined", ""] - passes["Noisy Image", ""]).max() > 0.05
 

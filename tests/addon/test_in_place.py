@@ -5,7 +5,7 @@ import bpy
 import numpy as np
 import pytest
 
-from addon import forecast
+from addon.interface import forecast
 from tests import rendering
 
 

@@ -9,7 +9,9 @@ import numpy as np
 import pytest
 
 import generator
-from addon import command, failure, layers, still
+from addon.blender import failure
+from addon.farm import layers
+from addon.interface import command_line, picture_files
 from tests import rendering
 
 
@@ -39,7 +41,7 @@ def scene_file(tmp_path):
 
 def render(scene_file, output, *options, samples=16):
     arguments = ["render", str(scene_file), "--samples", str(samples), "--output", str(output), *options]
-    assert command.run(arguments) == command.DONE
+    assert command_line.run(arguments) == command_line.DONE
 
 
 def render_layers(scene_file, output, count, *options, samples=16):
@@ -65,7 +67,7 @@ def test_merged_layers_are_the_frame(scene_file, tmp_path, count, tile):
     options += ["--percentage", "300"]
     render(scene_file, tmp_path / "whole.exr", *options)
     render_layers(scene_file, tmp_path / "frame.exr", count, *options)
-    assert command.run(["merge", str(tmp_path / "frame.exr")]) == command.DONE
+    assert command_line.run(["merge", str(tmp_path / "frame.exr")]) == command_line.DONE
     whole, merged = (rendering.read_exr(tmp_path / name) for name in ("whole.exr", "frame.exr"))
     # The colours that light was divided by come along.
     assert merged.keys() - whole.keys() == {"ViewLayer.Diffuse Color", "ViewLayer.Glossy Color"}
@@ -141,11 +143,11 @@ def test_order_and_a_retried_task_change_no_bit(scene_file, tmp_path, monkeypatc
 
     (tmp_path / "frame_layer3of4.exr").unlink()
     with monkeypatch.context() as patch:
-        patch.setattr(still.os, "replace", die)
+        patch.setattr(picture_files.os, "replace", die)
         arguments = ["render", str(scene_file), "--samples", "4", "--output", str(frame), "--layer", "3/4"]
-        assert command.run(arguments) == command.FAILED
+        assert command_line.run(arguments) == command_line.FAILED
     assert {path.name for path in tmp_path.iterdir()} == before - {"frame_layer3of4.exr"}
-    assert command.run(arguments) == command.DONE
+    assert command_line.run(arguments) == command_line.DONE
     layers.merge(files, str(frame))
     assert frame.read_bytes() == first
 
@@ -178,7 +180,7 @@ def test_what_does_not_belong_together_is_refused(scene_file, tmp_path, monkeypa
     with monkeypatch.context() as patch:
         patch.setattr(layers, "stamp", lambda engine, known: stamp(engine, known | {"plan.ViewLayer": "0"}))
         render(scene_file, tmp_path / "one.exr", "--layer", "2/2", samples=2)
-    assert command.run(["merge", str(tmp_path / "one.exr")]) == command.DONE
+    assert command_line.run(["merge", str(tmp_path / "one.exr")]) == command_line.DONE
     assert "plans differ" in capsys.readouterr().err
 
 
@@ -217,7 +219,7 @@ def test_a_denoised_layer_is_refused(scene_file, tmp_path):
     scene.render.engine = "SPECTRAL_TILES"
     scene.cycles.use_denoising = True
     path = str(tmp_path / "layer.exr")
-    still.render(scene, path)
+    picture_files.render(scene, path)
     with pytest.raises(failure.Refused, match=r"layer\.exr was denoised"):
         layers.merge([path], str(tmp_path / "frame.exr"))
 
@@ -226,7 +228,7 @@ def test_divided_light_without_its_colour_is_refused(scene_file, tmp_path):
     scene = bpy.context.scene
     scene.render.engine = "SPECTRAL_TILES"
     path = str(tmp_path / "layer.exr")
-    still.render(scene, path)
+    picture_files.render(scene, path)
     with pytest.raises(failure.Refused, match="switch on the pass Diffuse Color"):
         layers.merge([path], str(tmp_path / "frame.exr"))
 

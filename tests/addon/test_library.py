@@ -4,8 +4,9 @@
 import bpy
 import pytest
 
-from addon import gather, library
-from addon.analysis import SceneUse
+from addon.drivers import gather
+from addon.plan import patterns
+from addon.cycles.scene_analysis import SceneUse
 from tests import rendering
 
 
@@ -16,10 +17,10 @@ def test_spectral_is_the_tile_of_what_is_used(extension):
         (SceneUse(True, False, 0, False, False), ("t",)),
         (SceneUse(False, False, 1, False, False), ("light.u", "light.v")),
         (SceneUse(True, True, 1, False, False), ("t", "lens.u", "lens.v", "light.u", "light.v")),
-        (SceneUse(True, True, 3, True, False), library.PROFILES["full"]),
+        (SceneUse(True, True, 3, True, False), patterns.PROFILES["full"]),
     ):
-        assert library.tile(settings, dims=use.dims).dims == dims
-    assert library.tile(settings).dims == library.PROFILES["full"]
+        assert patterns.tile(settings, dims=use.dims).dims == dims
+    assert patterns.tile(settings).dims == patterns.PROFILES["full"]
 
 
 @pytest.fixture

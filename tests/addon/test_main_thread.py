@@ -9,7 +9,7 @@ import pytest
 
 pytest.importorskip("bpy")
 
-from addon import main_thread
+from addon.blender import main_thread
 
 GOING_ON = SimpleNamespace(test_break=lambda: False)
 CANCELLED = SimpleNamespace(test_break=lambda: True)

@@ -10,7 +10,11 @@ import numpy as np
 import pytest
 
 import generator
-from addon import automatic, control_variates, failure, film, forecast, gather, plan
+from addon.blender import failure
+from addon.drivers import gather
+from addon.interface import forecast
+from addon.picture import control_variates, mixing
+from addon.plan import arranged_plan, sample_plan
 from tests import rendering
 
 
@@ -163,8 +167,8 @@ def test_broken_tile(tmp_path, content):
 def test_plan_cannot_be_written(monkeypatch, tmp_path):
     """A full disk or an unwritable folder is one line, as any other refusal."""
     build_scene()
-    write = plan.Plan.write
-    monkeypatch.setattr(plan.Plan, "write", lambda made, path: write(made, str(tmp_path / "missing" / "plan.tif")))
+    write = sample_plan.Plan.write
+    monkeypatch.setattr(sample_plan.Plan, "write", lambda made, path: write(made, str(tmp_path / "missing" / "plan.tif")))
     render_expecting("Cannot write the sample plan")
 
 
@@ -187,7 +191,7 @@ def test_a_cancelled_picture_is_left_as_it_is(monkeypatch):
     """In order, but without control variates: not all the samples whose numbers are known were taken."""
     build_scene()
     render, cleaned, ordered = gather.render, [], []
-    without_noise, scatter = control_variates.without_noise, film.scatter
+    without_noise, scatter = control_variates.without_noise, mixing.scatter
     monkeypatch.setattr(control_variates, "without_noise", lambda *job: cleaned.append(1) or without_noise(*job))
     monkeypatch.setattr(film, "scatter", lambda *pixels: ordered.append(1) or scatter(*pixels))
     bpy.ops.render.render()
@@ -297,7 +301,7 @@ def test_passes_are_in_memory_once(monkeypatch):
     layer = bpy.context.view_layer
     layer.use_pass_normal = layer.use_pass_diffuse_direct = layer.use_pass_emit = True
     bpy.ops.render.render()  # makes the plan
-    read, sizes = film.read_passes, []
+    read, sizes = mixing.read_passes, []
 
     def read_and_measure(*arguments):
         passes = read(*arguments)

@@ -8,7 +8,11 @@ import numpy as np
 import pytest
 
 import generator
-from addon import analysis, driver, forecast, library, plan, progress, tile_making, tile_picture
+from addon import driver
+from addon.blender import progress
+from addon.cycles import scene_analysis
+from addon.interface import forecast, pattern_icons, pattern_making
+from addon.plan import patterns, sample_plan
 from tests import rendering
 
 
@@ -32,7 +36,7 @@ def zoom(camera):
 
 
 def use(motion_blur=False, lens=False, lights=0, bounces=False):
-    return analysis.SceneUse(motion_blur, lens, lights, bounces, glow=False)
+    return scene_analysis.SceneUse(motion_blur, lens, lights, bounces, glow=False)
 
 
 @pytest.mark.parametrize(
@@ -225,7 +229,7 @@ def test_generated_tile_is_used(tmp_path):
     path = str(tmp_path / "mine.npz")
     bpy.ops.spectral_tiles.generate_tile(filepath=path, method="stratified", size="16", seed=3)
     assert (scene.spectral_tiles.tile, scene.spectral_tiles.tile_path) == ("FILE", path)
-    made = library.tile(scene.spectral_tiles)
+    made = patterns.tile(scene.spectral_tiles)
     assert made.dims == ("light.u", "light.v", "bsdf.u", "bsdf.v") and made.size == 16
     bpy.ops.render.render()
 
@@ -234,11 +238,11 @@ def test_tile_into_no_folder_is_refused(tmp_path):
     scene = build_scene()
     with pytest.raises(RuntimeError, match="no such folder"):
         bpy.ops.spectral_tiles.generate_tile(filepath=str(tmp_path / "missing" / "mine.npz"), size="16")
-    assert scene.spectral_tiles.tile == "AUTO" and tile_making.job is None
+    assert scene.spectral_tiles.tile == "AUTO" and pattern_making.job is None
 
 
 def test_cancelled_tile_leaves_no_file(tmp_path):
-    job = tile_making.Job(tmp_path / "mine.npz", method="spectral", size=64, dims=("t",), seed=0)
+    job = pattern_making.Job(tmp_path / "mine.npz", method="spectral", size=64, dims=("t",), seed=0)
     job.start()
     while job.fraction == 0.0:
         assert job.is_running()
@@ -251,17 +255,17 @@ def test_picture_of_a_tile():
     """White noise has a flat spectrum; a spectral tile's is dark in the middle."""
     rng = np.random.default_rng(1)
     white = generator.Tile(("t", "light.u"), rng.random((64, 64, 1, 2), dtype=np.float32))
-    blue = generator.load_tile(os.path.join(os.path.dirname(library.__file__), "tiles", "spectral_64.npz"))
+    blue = generator.load_tile(os.path.join(os.path.dirname(patterns.__file__), "tiles", "spectral_64.npz"))
     middle = (slice(48, 80), slice(48, 80))
-    assert 0.35 < tile_picture.spectrum(white)[middle].mean() < 0.6
-    assert tile_picture.spectrum(blue)[middle].mean() < 0.1
-    assert np.array_equal(tile_picture.values(white)[:64, :64], white.values[..., 0, 0])
+    assert 0.35 < pattern_icons.spectrum(white)[middle].mean() < 0.6
+    assert pattern_icons.spectrum(blue)[middle].mean() < 0.1
+    assert np.array_equal(pattern_icons.values(white)[:64, :64], white.values[..., 0, 0])
 
 
 def test_forecast_tells_what_a_frame_costs(monkeypatch):
     """A plan's time and its memory follow the pixels; frames of a group have each their own."""
     scene = build_scene(1000)
-    monkeypatch.setattr(plan.memory, "pace", 5e-6)
+    monkeypatch.setattr(sample_plan.memory, "pace", 5e-6)
     assert told(forecast.overhead, scene) == "Adds about 5 s once for frames of this size, and up to 240 MB of memory"
     scene.spectral_tiles.animated_seed = True
     assert "about 5 s for each of the first 4 frames" in told(forecast.overhead, scene)
@@ -278,11 +282,11 @@ def test_durations(seconds, words):
 
 
 def test_pace_of_plans_is_measured(monkeypatch):
-    memory = plan.Memory()
+    memory = sample_plan.Memory()
     clock = iter((10.0, 30.0, 40.0, 41.0))
-    monkeypatch.setattr(plan.time, "perf_counter", lambda: next(clock))
-    memory.get("large", lambda: plan.Plan(0, 1000, np.zeros(1000 * 1000, np.int32)))
-    memory.get("small", lambda: plan.Plan(0, 10, np.zeros(100, np.int32)))
+    monkeypatch.setattr(sample_plan.time, "perf_counter", lambda: next(clock))
+    memory.get("large", lambda: sample_plan.Plan(0, 1000, np.zeros(1000 * 1000, np.int32)))
+    memory.get("small", lambda: sample_plan.Plan(0, 10, np.zeros(100, np.int32)))
     assert memory.pace == pytest.approx(20e-6)
 
 

@@ -7,11 +7,12 @@ import tracemalloc
 import numpy as np
 import pytest
 
-from addon import automatic, cell_plan, cycles_random, modes, plan, shared_sequence, tile_plan
-from addon.analysis import SceneUse
-from addon.failure import Cancelled
-from addon.matching import match
-from addon.region import Region
+from addon.cycles import random_numbers, shared_sequence
+from addon.plan import arranged_plan, cell_plan, modes, pattern_plan, sample_plan
+from addon.cycles.scene_analysis import SceneUse
+from addon.blender.failure import Cancelled
+from addon.plan.matching import match
+from addon.blender.region import Region
 from generator import Tile
 
 MOTION = SceneUse(motion_blur=True, lens=False, lights=1, bounces=False, glow=False)
@@ -39,7 +40,7 @@ def visible_error(values, film, shape, sigma=1.0):
 @pytest.mark.parametrize("size", [(1, 1), (7, 3), (64, 64), (101, 259), (300, 260)])
 @pytest.mark.parametrize("samples", [1, 4])
 def test_every_film_pixel_is_served_once(size, samples):
-    made = automatic.make(ROOM, region(*size, corner=(5, 2)), samples, seed=3)
+    made = arranged_plan.make(ROOM, region(*size, corner=(5, 2)), samples, seed=3)
     assert np.array_equal(np.sort(made.film), np.arange(size[0] * size[1]))
 
 
@@ -53,10 +54,10 @@ def cut(grid, side, start):
 def test_blocks_of_the_sequence_stay_together():
     """Each 2 x 2, 4 x 4, ... block of the film, wherever they start, shows one block of consecutive points."""
     side = 64
-    made = automatic.make(MOTION, region(side, side), 1, seed=1)
+    made = arranged_plan.make(MOTION, region(side, side), 1, seed=1)
     y, x = np.mgrid[0:side, 0:side]
     on_film = np.empty(side * side, np.uint32)
-    on_film[made.film] = cycles_random.pixel_ranks(x, y, made.seed).ravel()
+    on_film[made.film] = random_numbers.pixel_ranks(x, y, made.seed).ravel()
     on_film = on_film.reshape(side, side)
 
     def are_together(start):
@@ -80,9 +81,9 @@ def test_blocks_of_the_sequence_stay_together():
 def test_less_visible_error_than_cycles_order(use, name, at_most):
     """Used dimensions gain, and no dimension loses."""
     side = 256
-    made = automatic.make(use, region(side, side), 1, seed=2)
+    made = arranged_plan.make(use, region(side, side), 1, seed=2)
     y, x = np.mgrid[0:side, 0:side]
-    values = cycles_random.sequence_values(cycles_random.pixel_ranks(x, y, made.seed).ravel(), (name,))[:, 0]
+    values = random_numbers.sequence_values(random_numbers.pixel_ranks(x, y, made.seed).ravel(), (name,))[:, 0]
     ours = visible_error(values, made.film, (side, side))
     assert ours <= at_most * visible_error(values, np.arange(side * side), (side, side))
 
@@ -94,8 +95,8 @@ def test_no_frequency_stands_out(name):
     y, x = np.mgrid[0:side, 0:side]
     power = np.zeros((side, side))
     for seed in range(seeds):
-        made = automatic.make(MOTION, region(side, side), 1, seed)
-        values = cycles_random.sequence_values(cycles_random.pixel_ranks(x, y, made.seed).ravel(), (name,))[:, 0]
+        made = arranged_plan.make(MOTION, region(side, side), 1, seed)
+        values = random_numbers.sequence_values(random_numbers.pixel_ranks(x, y, made.seed).ravel(), (name,))[:, 0]
         for threshold in (0.25, 0.5, 0.7):
             image = np.empty(side * side)
             image[made.film] = values > threshold
@@ -108,9 +109,9 @@ def test_no_frequency_stands_out(name):
 
 
 def test_large_regions_reuse_one_plan():
-    plan.memory.clear()
+    sample_plan.memory.clear()
     large = region(512, 300)
-    first, second = automatic.make(MOTION, large, 1, seed=1), automatic.make(MOTION, large, 1, seed=2)
+    first, second = arranged_plan.make(MOTION, large, 1, seed=1), arranged_plan.make(MOTION, large, 1, seed=2)
     assert first.seed == second.seed
     assert not np.array_equal(first.film, second.film)
     assert np.array_equal(np.sort(second.film), np.arange(512 * 300))
@@ -122,7 +123,7 @@ def test_pixels_at_the_edge_see_all_numbers_alike():
     seen, everywhere, wave = region(24, 24), (slice(None), slice(None)), (("light.u", 2),)
     means = []
     for seed in range(400):
-        draw = automatic.drawn(automatic.make(lights, seen, 2, 5 * seed), seen, 2)
+        draw = arranged_plan.drawn(arranged_plan.make(lights, seen, 2, 5 * seed), seen, 2)
         (found,) = modes.waves([wave], draw(everywhere, [wave], 2, 0))
         means.append((found[0].mean(), found[1].mean()))
     error = np.mean(means, axis=0) / (np.std(means, axis=0) / len(means) ** 0.5)
@@ -140,13 +141,13 @@ def test_four_frames_complement_each_other():
         for threshold in np.linspace(0.1, 0.9, 9):
             image = np.zeros(side * side)
             for made in plans:
-                t = cycles_random.sequence_values(cycles_random.pixel_ranks(x, y, made.seed).ravel(), ("t",))[:, 0]
+                t = random_numbers.sequence_values(random_numbers.pixel_ranks(x, y, made.seed).ravel(), ("t",))[:, 0]
                 image[made.film] += (t > threshold) - (t > threshold).mean()
             total += np.mean(np.abs(np.fft.fft2(image.reshape(side, side)) * low_pass) ** 2)
         return total
 
-    group = [automatic.make(MOTION, region(side, side), 1, seed=0, frame=frame) for frame in (1, 2, 3, 4)]
-    apart = [automatic.make(MOTION, region(side, side), 1, seed=seed) for seed in (0, 1, 2, 3)]
+    group = [arranged_plan.make(MOTION, region(side, side), 1, seed=0, frame=frame) for frame in (1, 2, 3, 4)]
+    apart = [arranged_plan.make(MOTION, region(side, side), 1, seed=seed) for seed in (0, 1, 2, 3)]
     assert [made.seed for made in group] == [made.seed for made in apart]
     assert error_of_mean(group) <= 0.85 * error_of_mean(apart)
 
@@ -162,7 +163,7 @@ def test_cells_complement_each_other(samples):
     if samples == 1:
         side = 64
         y, x = np.mgrid[0:side, 0:side]
-        cycles = cycles_random.sequence_values(cycles_random.pixel_ranks(x, y, 4).ravel(), ("t",))[:, 0]
+        cycles = random_numbers.sequence_values(random_numbers.pixel_ranks(x, y, 4).ravel(), ("t",))[:, 0]
         ours = np.tile(made.t[..., 0], (side // made.side,) * 2).ravel()
         as_they_are = np.arange(side * side)
         assert visible_error(ours, as_they_are, (side, side)) <= 0.8 * visible_error(cycles, as_they_are, (side, side))
@@ -194,11 +195,11 @@ def test_match_is_a_close_permutation():
 def test_tile_plan_follows_the_tile():
     values = np.random.default_rng(1).random((32, 32, 1, 3), dtype=np.float32)
     tile = Tile(("t", "lens.u", "lens.v"), values, {"method": "white", "seed": 1})
-    made = tile_plan.make(tile, tile.dims, region(128, 128), 1, seed=4)
+    made = pattern_plan.make(tile, tile.dims, region(128, 128), 1, seed=4)
     assert np.array_equal(np.sort(made.film), np.arange(128 * 128))
     assert made.errors["t"] < 0.01
     y, x = np.mgrid[0:128, 0:128]
-    lens = cycles_random.sequence_values(cycles_random.pixel_ranks(x, y, 4).ravel(), ("lens.u", "lens.v"))
+    lens = random_numbers.sequence_values(random_numbers.pixel_ranks(x, y, 4).ravel(), ("lens.u", "lens.v"))
     reached = np.mod(lens + made.lens_shift, 1.0)
     wanted = np.sort(values[..., 0, 1].ravel())
     nearest = np.abs(reached[:, :1] - wanted[np.searchsorted(wanted, reached[:, 0]).clip(0, 1023)][:, None])
@@ -207,20 +208,20 @@ def test_tile_plan_follows_the_tile():
 
 def test_the_last_plan_tells_how_it_missed_its_tile():
     values = np.random.default_rng(1).random((32, 32, 1, 1), dtype=np.float32)
-    tile_plan.make(Tile(("t",), values, {"method": "white", "seed": 1}), ("t",), region(64, 64), 1, seed=1)
-    assert plan.memory.latest().miss.startswith("t 0.0")
-    automatic.make(MOTION, region(64, 64), 1, seed=1)
-    assert plan.memory.latest().miss == ""
+    pattern_plan.make(Tile(("t",), values, {"method": "white", "seed": 1}), ("t",), region(64, 64), 1, seed=1)
+    assert sample_plan.memory.latest().miss.startswith("t 0.0")
+    arranged_plan.make(MOTION, region(64, 64), 1, seed=1)
+    assert sample_plan.memory.latest().miss == ""
 
 
 @pytest.mark.parametrize(("frame", "at_most"), [(None, 24), (4, 52)], ids=["still", "fourth frame"])
 def test_a_plan_takes_few_bytes_a_pixel(tmp_path, frame, at_most):
     """Made, moved and written; a plan that stays takes 4, and so does each frame's before it in its group."""
-    plan.memory.clear()
+    sample_plan.memory.clear()
     planned = region(1024, 768)
-    automatic.make(MOTION, region(64, 64), 1, seed=1).write(str(tmp_path / "plan.tif"))
+    arranged_plan.make(MOTION, region(64, 64), 1, seed=1).write(str(tmp_path / "plan.tif"))
     tracemalloc.start()
-    automatic.make(MOTION, planned, 1, seed=1, frame=frame).write(str(tmp_path / "plan.tif"))
+    arranged_plan.make(MOTION, planned, 1, seed=1, frame=frame).write(str(tmp_path / "plan.tif"))
     _, peak = tracemalloc.get_traced_memory()
     tracemalloc.stop()
     assert peak / planned.pixels <= at_most
@@ -247,10 +248,10 @@ def test_a_cancelled_plan_is_not_kept(follow):
 
     def make(*cancelled):
         if follow:
-            return tile_plan.make(tile, tile.dims, region, 1, 5, *cancelled)
-        return automatic.make(SceneUse(False, False, 1, False, False), region, 1, 5, None, *cancelled)
+            return pattern_plan.make(tile, tile.dims, region, 1, 5, *cancelled)
+        return arranged_plan.make(SceneUse(False, False, 1, False, False), region, 1, 5, None, *cancelled)
 
-    plan.memory.clear()
+    sample_plan.memory.clear()
     with pytest.raises(Cancelled):
         make(is_cancelled)
     assert len(asked) < 30

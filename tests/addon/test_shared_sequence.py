@@ -5,7 +5,7 @@ import bpy
 import numpy as np
 import pytest
 
-from addon import shared_sequence
+from addon.cycles import shared_sequence
 from tests import rendering
 
 

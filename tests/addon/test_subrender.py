@@ -6,8 +6,11 @@ import numpy as np
 import pytest
 
 import generator
-from addon import cell_plan, film, shared_sequence, subrender
-from addon.failure import Refused
+from addon.cycles import shared_sequence
+from addon.drivers import sub_frames
+from addon.picture import mixing
+from addon.plan import cell_plan
+from addon.blender.failure import Refused
 from tests import rendering
 from tests.addon import test_expectation as scenes
 from tests.addon.test_camera import build_scene as build_landscape
@@ -356,7 +359,7 @@ def test_a_cancelled_render_changes_nothing(tmp_path, monkeypatch):
     """... and shows what was done until then."""
     scene = moving_scene()
     whole = rendering.beauty(rendering.render(tmp_path, "SPECTRAL_TILES"))
-    before, render = snapshot(), subrender.render
+    before, render = snapshot(), sub_frames.render
     monkeypatch.setattr(subrender, "render", lambda engine, *job: render(rendering.CancelledSoon(engine, 4), *job))
     part = rendering.beauty(rendering.render(tmp_path, "SPECTRAL_TILES"))
     assert snapshot() == before
@@ -374,9 +377,9 @@ def test_a_failing_render_changes_nothing(monkeypatch):
         read.append(layer_name)
         if len(read) == 3:
             raise Refused("the camera is gone")
-        return film.read_passes(engine, layer_name)
+        return mixing.read_passes(engine, layer_name)
 
-    monkeypatch.setattr(subrender.film, "read_passes", fail)
+    monkeypatch.setattr(sub_frames.film, "read_passes", fail)
     with pytest.raises(RuntimeError, match="the camera is gone"):
         bpy.ops.render.render()
     assert snapshot() == before

@@ -107,7 +107,7 @@ def test_an_interrupted_write_leaves_the_old_file_and_nothing_else(tmp_path):
 def test_the_example_of_the_documentation_runs(tmp_path, monkeypatch):
     """Images become a tile with the middles of their levels' strata, turned upside down."""
     pytest.importorskip("bpy")
-    from addon import openimageio
+    from addon.blender import openimageio
 
     oiio = openimageio.load()
     monkeypatch.chdir(tmp_path)

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.ndimage import gaussian_filter
 
-from addon import cell_plan
+from addon.plan import cell_plan
 from tests import rendering
 from tests.scenes import builders
 

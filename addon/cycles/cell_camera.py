@@ -1,0 +1,179 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The camera of one cell: its raster shows one pixel of each period, through one point of the lens.
+
+It is the scene's own camera, written to on its evaluated copy, so it needs no Open Shading Language but for panoramas
+whose film has no number for its size.  The film is that of `blender_camera_viewplane()`, the lens that of
+`kernel/camera/camera.h`.
+"""
+
+import numpy as np
+from cycles.engine import with_osl
+
+from ..blender.refusal import Refused
+from ..blender.region import Region
+from . import exposure, osl_camera
+
+# Panoramas whose film Cycles itself can make larger than the frame: by the sensor's size, or by the range that is seen.
+# (That of an equirectangular one ends at the poles; the others have no number for it in `kernel/camera/projection.h`.)
+_BY_SENSOR = {"FISHEYE_EQUISOLID", "FISHEYE_LENS_POLYNOMIAL"}
+_BY_RANGE = {"CENTRAL_CYLINDRICAL"}
+# In a square frame this is a polynomial of the first degree.
+_BY_SENSOR_IF_SQUARE = {"FISHEYE_EQUIDISTANT"}
+
+
+def check(scene, made):
+    """Raise `Refused` if sub-renders cannot be seen through this camera object (or None) of the scene."""
+    if made is None:
+        raise Refused("Cannot render, no camera in the scene")
+    if made.type != "CAMERA":
+        raise Refused(f'"{made.name}" is not a camera; make a camera object the scene\'s camera')
+    data = made.data
+    if data.type == "CUSTOM":
+        raise Refused(
+            f'Camera "{made.name}" is custom (OSL), of which sub-renders cannot take single pixels; '
+            "use another lens type, or set Method to In Place"
+        )
+    if not _can_be_enlarged(data, Region.of_render(scene.render).frame, scene.render) and not with_osl():
+        kind = data.bl_rna.properties["panorama_type"].enum_items[data.panorama_type].name
+        raise Refused(
+            f'Camera "{made.name}" is panoramic ({kind}), which sub-renders give by Open Shading Language only; '
+            "use another camera, or set Method to In Place"
+        )
+    if scene.render.use_motion_blur and scene.cycles.rolling_shutter_type != "NONE":
+        raise Refused("A rolling shutter cannot be rendered by sub-renders; set it to None, or set Method to In Place")
+
+
+def cameras(engine, scene):
+    """The evaluated camera objects that a picture of this evaluated scene is seen through; `Refused` as `check`."""
+    found = []
+    for view in [view.name for view in scene.render.views if view.use and scene.render.use_multiview] or [""]:
+        engine.active_view_set(view)
+        made = engine.camera_override
+        check(scene, made)
+        if made not in found:
+            if any(made.data == other.data for other in found):
+                raise Refused(
+                    f'Cameras that share the data "{made.data.name}" cannot be rendered together by sub-renders; '
+                    "make it a single user, or set Method to Gather"
+                )
+            found.append(made)
+    return found
+
+
+def aim(written, made, render, region, side, first, lens_numbers):
+    """Make an evaluated camera object that of a cell.
+
+    Parameters
+    ----------
+    written : Overwritten
+    made : bpy.types.Object
+    render : bpy.types.RenderSettings
+    region : addon.region.Region
+    side : int
+        Pixels of the film from one pixel of the raster to the next.
+    first : float array, shape (2,)
+        What the middle of the region's first pixel shows: a position on the film, in pixels of the frame.
+    lens_numbers : float array, shape (2,)
+        The lens point, as numbers in [0, 1).
+    """
+    data, frame = made.data, np.array(region.frame)
+    # Shift counts in widths (or heights) of the sensor, but of the frame in a panorama.
+    span = np.ones(2)
+    if data.type != "PANO":
+        ratio = _ratio(frame, render)
+        horizontal = ratio[0] > ratio[1] if data.sensor_fit == "AUTO" else data.sensor_fit == "HORIZONTAL"
+        span = ratio / ratio[0 if horizontal else 1]
+    # Raster position p shows the film position first + side * (p - raster).
+    raster = np.add(region.corner, 0.5)
+    shift = (data.shift_x, data.shift_y) + span * ((first + side * (0.5 * frame - raster)) / frame - 0.5)
+    if _stops_down(made, render):
+        shift = shift - _stop_down(written, made, lens_numbers)
+    if _can_be_enlarged(data, frame, render):
+        _enlarge(written, data, side)
+    else:
+        osl_camera.enlarge(written, data, render, region, side)
+    written.set(data, shift_x=shift[0] / side, shift_y=shift[1] / side)
+
+
+def _stops_down(made, render):
+    """Whether the lens is open, and a pinhole at one of its points sees what that point does.
+
+    Otherwise Cycles' own lens stays: all pixels of a sub-render draw the same point there, too, that of the sequence.
+    """
+    dof, stereo = made.data.dof, made.data.stereo
+    # Blender turns eyes that toe in where they stand.
+    is_turned = render.use_multiview and render.views_format == "STEREO_3D" and stereo.convergence_mode == "TOE"
+    return dof.use_dof and made.data.type != "PANO" and not is_turned and _focus_distance(made) > 0.0
+
+
+def _stop_down(written, made, lens_numbers):
+    """Close the lens but for one point; return by how much to move the film, in the units of shift."""
+    data, distance = made.data, _focus_distance(made)
+    radius = 1.0 / (2.0 * max(data.dof.aperture_fstop, 1e-5))
+    if data.type != "ORTHO":
+        radius *= 1e-3 * data.lens
+    point = np.append(radius * exposure.lens_points(lens_numbers, data.dof), 0.0)
+    matrix = made.matrix_world.copy()
+    axes = np.array(matrix.normalized().to_3x3())
+    if data.type == "ORTHO":
+        # All rays run along one tilted axis, from a film that stays as it was; the near clip is upright, too.
+        backwards = np.append(point[:2], distance)
+        backwards /= np.linalg.norm(backwards)
+        moved = point - data.clip_start * (1.0 / backwards[2] - 1.0) * backwards
+        for row in range(3):
+            matrix[row][2] = axes[row] @ backwards
+        shift = np.zeros(2)
+    else:
+        # What is in focus must not move in the picture.
+        sensor = data.sensor_height if data.sensor_fit == "VERTICAL" else data.sensor_width
+        moved = point
+        shift = point[:2] / distance * data.lens / sensor
+    for row in range(3):
+        matrix[row][3] += axes[row] @ moved
+    written.keep(made, "location", "rotation_euler", "rotation_quaternion", "rotation_axis_angle", "scale")
+    written.set(made, matrix_world=matrix)
+    written.set(data.dof, use_dof=False)
+    return shift
+
+
+def _ratio(frame, render):
+    """Width and height of the frame, to be compared."""
+    return np.multiply(frame, (render.pixel_aspect_x, render.pixel_aspect_y))
+
+
+def _can_be_enlarged(data, frame, render):
+    """Whether Cycles itself can make the film of this camera larger than the frame."""
+    ratio = _ratio(frame, render)
+    by_sensor = _BY_SENSOR | (_BY_SENSOR_IF_SQUARE if ratio[0] == ratio[1] else set())
+    return data.type != "PANO" or data.panorama_type in by_sensor | _BY_RANGE
+
+
+def _enlarge(written, data, side):
+    """Make the film so many times larger; with the sensor also the distance between the films of a stereo pair."""
+    if data.type == "PANO" and data.panorama_type in _BY_SENSOR_IF_SQUARE:
+        sensor = data.sensor_height if data.sensor_fit == "VERTICAL" else data.sensor_width
+        terms = {f"fisheye_polynomial_k{power}": 0.0 for power in range(5)}
+        terms["fisheye_polynomial_k1"] = -data.fisheye_fov / sensor
+        written.set(data, panorama_type="FISHEYE_LENS_POLYNOMIAL", **terms)
+    if data.type != "PANO" or data.panorama_type in _BY_SENSOR:
+        written.set(data, sensor_width=side * data.sensor_width, sensor_height=side * data.sensor_height)
+    if data.type == "ORTHO":
+        written.set(data, ortho_scale=side * data.ortho_scale)
+    if data.type == "PANO" and data.panorama_type in _BY_RANGE:
+        for axis in "uv":
+            names = [f"central_cylindrical_range_{axis}_{end}" for end in ("min", "max")]
+            low, high = (getattr(data, name) for name in names)
+            middle, half = 0.5 * (low + high), 0.5 * side * (high - low)
+            written.set(data, **dict(zip(names, (middle - half, middle + half), strict=True)))
+
+
+def _focus_distance(made):
+    """Distance of the plane in focus along the camera's axis, as `blender_camera_focal_distance()`."""
+    dof = made.data.dof
+    target = dof.focus_object
+    if target is None:
+        return dof.focus_distance
+    place = target.matrix_world
+    if target.pose and dof.focus_subtarget in target.pose.bones:
+        place = place @ target.pose.bones[dof.focus_subtarget].matrix
+    return abs(made.matrix_world.normalized().col[2].xyz.dot(made.matrix_world.translation - place.translation))

@@ -1,0 +1,120 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Cycles' own denoiser, run on pixels that are in order.
+
+Cycles must not denoise while it renders, for it sees the pixels out of order then.  Its file denoiser does the same
+afterwards, with the scene's denoiser, guiding passes, prefilter and quality (`session/denoising.cpp` of Cycles).
+"""
+
+import itertools
+import os
+import tempfile
+
+import _cycles
+import bpy
+import numpy as np
+
+from ..blender import openimageio
+from ..blender.refusal import Refused
+from .passes import NOISY
+
+_ALBEDO, _NORMAL = "Denoising Albedo", "Denoising Normal"
+
+# What the file denoiser looks for.  Motion vectors only serve sequences of frames.
+_CHANNELS = [
+    *(f"Image.Combined.{c}" for c in "RGB"),
+    *(f"Image.{_NORMAL}.{c}" for c in "XYZ"),
+    *(f"Image.{_ALBEDO}.{c}" for c in "RGB"),
+    *(f"Image.Vector.{c}" for c in "XYZW"),
+]
+
+
+def wanted(scene, layer):
+    """Whether the user asked for this view layer to be denoised."""
+    return scene.cycles.use_denoising and layer.cycles.use_denoising
+
+
+def check(scene, layer):
+    """Raise `Refused` if denoising is wanted and this build of Blender lacks what it needs."""
+    if wanted(scene, layer):
+        try:
+            openimageio.load()
+        except Refused as refused:
+            raise Refused(
+                "This build of Blender has no OpenImageIO module, which denoising needs; switch Denoise off"
+            ) from refused
+
+
+def add_guides(engine, layer_name):
+    """Add the passes that guide the denoiser to a view layer's result; return their names."""
+    engine.add_pass(_ALBEDO, 3, "RGB", layer=layer_name)
+    engine.add_pass(_NORMAL, 3, "XYZ", layer=layer_name)
+    return [_ALBEDO, _NORMAL]
+
+
+def denoise(scene, layer, region, passes):
+    """Denoise what Cycles would denoise.
+
+    Parameters
+    ----------
+    scene : bpy.types.Scene
+    layer : bpy.types.ViewLayer
+        The *original* ones; the evaluated ones may be gone after a render.
+    region : Region
+    passes : dict
+        As of `passes.read`, in order, with the noisy and the guiding passes.
+
+    Returns
+    -------
+    dict
+        The denoised passes.
+
+    Raises
+    ------
+    Refused
+        The denoiser fails.
+    """
+    denoised = {}
+    views = dict.fromkeys(view for _, view in passes)
+    for name, view in itertools.product(NOISY, views):
+        pixels = passes.get((NOISY[name], view))
+        if pixels is None:
+            continue
+        clean = pixels.copy()
+        clean[:, :3] = _denoise(scene, layer, region, pixels[:, :3], passes[_NORMAL, view], passes[_ALBEDO, view])
+        denoised[name, view] = clean
+    return denoised
+
+
+def _denoise(scene, layer, region, color, normal, albedo):
+    oiio = openimageio.load()
+    with tempfile.TemporaryDirectory(prefix="spectral_tiles_", dir=bpy.app.tempdir) as folder:
+        path = os.path.join(folder, "denoise.exr")
+        # Written by a function of its own: the copy of all channels is gone while the denoiser takes its memory.
+        _write(path, region, np.concatenate([color, normal, albedo, np.zeros((len(color), 4), np.float32)], axis=1))
+        try:
+            _cycles.denoise(
+                bpy.context.preferences.as_pointer(),
+                scene.as_pointer(),
+                layer.as_pointer(),
+                input=[path],
+                output=[path],
+            )
+        except ValueError as error:
+            raise Refused(f"Cannot denoise: {error}") from error
+        image = oiio.ImageBuf(path)
+        red, green, blue = (image.spec().channelindex(name) for name in _CHANNELS[:3])
+        return image.get_pixels(oiio.FLOAT)[..., [red, green, blue]].reshape(-1, 3)
+
+
+def _write(path, region, pixels):
+    oiio = openimageio.load()
+    width, height = region.size
+    spec = oiio.ImageSpec(width, height, len(_CHANNELS), "float")
+    spec.channelnames = _CHANNELS
+    spec.attribute("compression", "none")
+    spec.attribute("cycles.Image.samples", "1")
+    # Rows stay bottom up, as Cycles' own denoising sees them: the denoiser is not quite symmetric.
+    output = oiio.ImageOutput.create(path)
+    written = output.open(path, spec) and output.write_image(pixels.reshape(height, width, -1)) and output.close()
+    if not written:
+        raise Refused(f"Cannot denoise: {path} cannot be written: {output.geterror()}")

@@ -1,0 +1,151 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Passes of a render result: what Cycles puts into each, and reading and writing them.
+
+What a pass holds follows from Cycles' own list (`addons_core/cycles/engine.py`, `list_render_passes`), never from the
+look of its name: users call their AOVs as they like.
+"""
+
+import enum
+import itertools
+
+import numpy as np
+
+from ..blender.region import bands
+
+
+class Kind(enum.Enum):
+    """How the values of a pass come about, and so how those of several renders are put together."""
+
+    #: Light or colour: the mean over samples, spread by the pixel filter.
+    COLOUR = enum.auto()
+    #: Light that Cycles has divided by the mean colour of what it fell on (`divisor`).
+    DIVIDED = enum.auto()
+    #: Data that are averaged over samples, but not meant to be filtered.
+    MEAN = enum.auto()
+    #: What the first sample of a pixel saw (`kernel/film/data_passes.h`).
+    FIRST_SAMPLE = enum.auto()
+    #: Ranked identifiers and their coverage.
+    CRYPTOMATTE = enum.auto()
+    #: How many samples the pixel took.
+    SAMPLE_COUNT = enum.auto()
+
+
+#: Names of the passes of that kind, of which no AOV is one.
+FIRST_SAMPLE = {"Depth", "Position", "Object Index", "Material Index"}
+_MEAN = {"Normal", "Vector", "UV", "Render Time"}
+_SAMPLE_COUNT = "Debug Sample Count"
+_CRYPTOMATTES = ("CryptoObject", "CryptoMaterial", "CryptoAsset")
+_DIVIDED = {
+    f"{kind} {part}": f"{kind} Color"
+    for kind in ("Diffuse", "Glossy", "Transmission")
+    for part in ("Direct", "Indirect")
+}
+
+#: The noisy passes that Cycles denoises, and the names under which it then renders them.
+NOISY = {"Combined": "Noisy Image", "Shadow Catcher": "Noisy Shadow Catcher"}
+
+
+def divisor(name):
+    """Name of the pass of the colour that Cycles divides this pass of light by; None if it does not."""
+    return _DIVIDED.get(name)
+
+
+def kind(name, is_aov=False):
+    """The `Kind` of a pass by its name, which says nothing if it is an AOV's."""
+    if is_aov:
+        return Kind.COLOUR
+    if name in FIRST_SAMPLE:
+        return Kind.FIRST_SAMPLE
+    if name in _MEAN:
+        return Kind.MEAN
+    if name == _SAMPLE_COUNT:
+        return Kind.SAMPLE_COUNT
+    if name[:-2] in _CRYPTOMATTES:
+        return Kind.CRYPTOMATTE
+    return Kind.DIVIDED if name in _DIVIDED else Kind.COLOUR
+
+
+def kinds(layer, names):
+    """Kinds of the passes of a view layer.
+
+    Parameters
+    ----------
+    layer : bpy.types.ViewLayer
+    names : iterable of str
+
+    Returns
+    -------
+    dict of str to Kind
+    """
+    aovs = aov_names(layer)
+    return {name: kind(name, name in aovs) for name in names}
+
+
+def aov_names(layer):
+    """Names of the AOVs that Cycles renders for a view layer."""
+    return {aov.name for aov in layer.aovs if aov.is_valid}
+
+
+def add_divisors(engine, layer):
+    """Add those colours to the passes of a view layer that its light is divided by; without them it cannot be mixed.
+
+    Returns
+    -------
+    list of str
+        Names of the passes that were added.
+    """
+    added = missing_divisors(layer)
+    for name in added:
+        engine.add_pass(name, 3, "RGB", layer=layer.name)
+    return added
+
+
+def missing_divisors(layer):
+    """Names of the colours that light of a view layer is divided by, and that are not among its passes."""
+    missing = []
+    for of in ("diffuse", "glossy", "transmission"):
+        parts = (getattr(layer, f"use_pass_{of}_{part}") for part in ("direct", "indirect"))
+        if any(parts) and not getattr(layer, f"use_pass_{of}_color"):
+            missing.append(f"{of.capitalize()} Color")
+    return missing
+
+
+def read(engine, layer_name, names=None):
+    """Passes of one view layer of the engine's result.
+
+    Parameters
+    ----------
+    engine : bpy.types.RenderEngine
+    layer_name : str
+    names : collection of str, optional
+        The passes that are wanted; all by default.
+
+    Returns
+    -------
+    dict
+        (pass name, view name) -> float32 array (pixels, channels), rows from the bottom.
+    """
+    result = engine.get_result()
+    layer = result.layers[layer_name]
+    views = result.views.keys()
+    pixels = result.resolution_x * result.resolution_y
+    found = {}
+    for render_pass in layer.passes:
+        if names is None or render_pass.name in names:
+            buffer = np.empty(pixels * render_pass.channels, np.float32)
+            render_pass.rect.foreach_get(buffer)
+            found[render_pass.name, views[render_pass.view_id]] = buffer.reshape(pixels, render_pass.channels)
+    return found
+
+
+def write(engine, region, layer_name, passes):
+    """Replace passes of one view layer of the engine's result by those of `read`'s form."""
+    width, height = region.size
+    # Blender holds a copy of what is being written.
+    for view, band in itertools.product(engine.get_result().views.keys(), bands(height)):
+        result = engine.begin_result(0, band.start, width, band.stop - band.start, layer=layer_name, view=view)
+        for render_pass in result.layers[0].passes:
+            pixels = passes.get((render_pass.name, view))
+            if pixels is not None:
+                render_pass.rect.foreach_set(pixels[band.start * width : band.stop * width].ravel())
+        engine.end_result(result)

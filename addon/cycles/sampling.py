@@ -1,0 +1,99 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Cycles' own sampling settings, as they are in force in a view layer."""
+
+from dataclasses import dataclass
+
+from .session import LARGEST
+
+
+@dataclass(frozen=True)
+class Sampling:
+    """How many samples Cycles would take.
+
+    Attributes
+    ----------
+    samples : int
+        Of a pixel; with a threshold the most.
+    first, count : int
+        The samples of these that are rendered: fewer than all if there is a sample subset, none if it starts beyond
+        the last one.
+    threshold : float or None
+        Noise threshold; None if all pixels take the same samples.
+    least : int
+        Samples that a pixel takes at least before the threshold is asked; 0 is automatic.
+    time_limit : float
+        Seconds of a render; 0 for none.
+    seed : int
+    frame : int or None
+        The frame that the pattern changes with; None if it does not.
+    """
+
+    samples: int
+    first: int
+    count: int
+    threshold: float | None
+    least: int
+    time_limit: float
+    seed: int
+    frame: int | None
+
+    @classmethod
+    def of_layer(cls, scene, layer):
+        """What a scene's settings mean for one of its view layers (`BlenderSync::sync_integrator`)."""
+        settings = scene.cycles
+        samples = settings.samples
+        if layer.samples and settings.use_layer_samples != "IGNORE":
+            bounded = settings.use_layer_samples == "BOUND"
+            samples = min(samples, layer.samples) if bounded else layer.samples
+        first, count = 0, samples
+        if settings.use_sample_subset:
+            first = min(settings.sample_offset, samples)
+            count = min(settings.sample_subset_length, samples - first)
+        return cls(
+            samples=samples,
+            first=first,
+            count=count,
+            threshold=settings.adaptive_threshold if settings.use_adaptive_sampling else None,
+            least=settings.adaptive_min_samples,
+            time_limit=settings.time_limit,
+            seed=settings.seed,
+            frame=scene.frame_current if settings.use_animated_seed else None,
+        )
+
+    @property
+    def is_whole(self):
+        """Whether all samples are rendered."""
+        return self.count == self.samples
+
+    @property
+    def is_even(self):
+        """Whether every pixel takes all samples, however long that may take."""
+        return self.threshold is None and not self.time_limit
+
+    @property
+    def frame_seed(self):
+        """Seed of this frame's pattern."""
+        return (self.seed + (self.frame or 0)) % 2**31
+
+
+def exactly(samples, seed):
+    """Settings by which Cycles draws the numbers that are known ahead, exactly so many samples in every pixel.
+
+    Returns
+    -------
+    dict
+        By property of `scene.cycles`.
+    """
+    return {
+        "samples": samples,
+        "use_adaptive_sampling": False,
+        "use_layer_samples": "IGNORE",
+        "time_limit": 0.0,
+        "sampling_pattern": "BLUE_NOISE",
+        "seed": seed,
+        "use_animated_seed": False,
+        # Cycles' own tiles reach the result only when all layers are done, so there shall be one.
+        "tile_size": LARGEST,
+        # Cycles' denoiser is called once pixels are in order and known noise is gone.
+        "use_denoising": False,
+    }

@@ -1,0 +1,90 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Which method renders a view layer, and what of its settings cannot be honoured by it."""
+
+from dataclasses import dataclass
+
+from ..picture.control_variates import MOST_SAMPLES
+from . import checks, gather, rounds, sub_frames
+
+#: Samples a pixel up to which subtracting known noise is worth its time on real files.
+FEW_SAMPLES = 4
+
+
+@dataclass(frozen=True)
+class Choice:
+    """How a view layer is rendered.
+
+    Attributes
+    ----------
+    method : str
+        CYCLES (its own render, as if nobody had asked), IN_PLACE, ROUNDS, GATHER or SUB_FRAMES.
+    refusals : tuple of str
+        Why it will not be rendered: of what was chosen by hand.
+    differences : tuple of str
+        What will differ from Cycles or from what was set, a line each.
+    """
+
+    method: str
+    refusals: tuple[str, ...] = ()
+    differences: tuple[str, ...] = ()
+
+
+def of_layer(scene, layer, sampling, use, shading_messages=lambda: ()):
+    """Choose for a view layer.
+
+    Parameters
+    ----------
+    scene : bpy.types.Scene
+    layer : bpy.types.ViewLayer
+    sampling : Sampling
+        In force in the view layer.
+    use : SceneUse
+        What its noise comes from.
+    shading_messages : callable
+        Why its shading cannot be seen by a camera of ours (`cycles.shading`); asked only where that matters.
+
+    Returns
+    -------
+    Choice
+    """
+    settings = scene.spectral_tiles
+    if settings.method == "SUB_FRAMES":
+        return _checked("SUB_FRAMES", sub_frames.CHECKS, scene, layer, _sub_frame_differences(sampling))
+    if settings.method == "GATHER" or settings.pattern != "AUTO" or settings.filter != "AS_CYCLES":
+        if settings.method == "IN_PLACE":
+            return Choice("CYCLES", (_NOT_IN_PLACE,))
+        return _checked(
+            "GATHER", gather.CHECKS, scene, layer, _gather_differences(settings, sampling), shading_messages
+        )
+    if not sampling.count or checks.messages((checks.denoiser,), scene, layer):
+        return Choice("CYCLES")
+    if settings.distribution == "BY_NOISE" and rounds.suit(scene, layer, sampling):
+        return Choice("ROUNDS")
+    few = MOST_SAMPLES if settings.method == "IN_PLACE" else FEW_SAMPLES
+    if settings.noise_reduction and sampling.is_even and sampling.samples <= few and use.dims:
+        return Choice("IN_PLACE")
+    return Choice("CYCLES")
+
+
+_NOT_IN_PLACE = (
+    "The method In Place takes Cycles' own samples; "
+    "set Pattern to Automatic and Filter to As Cycles, or choose another method"
+)
+
+
+def _checked(method, tests, scene, layer, differences, shading_messages=lambda: ()):
+    refusals = checks.messages(tests, scene, layer)
+    # Shading is looked at for a camera that is one, so only after the others.
+    return Choice(method, tuple(refusals or shading_messages()), tuple(differences))
+
+
+def _gather_differences(settings, sampling):
+    if settings.filter != "AS_CYCLES" and sampling.threshold is not None:
+        yield f"Noise Threshold does not apply to a filter: every pixel takes {sampling.samples} samples"
+    if settings.distribution == "BY_NOISE" and sampling.is_even:
+        yield "Samples are distributed evenly: the method Gather moves them"
+
+
+def _sub_frame_differences(sampling):
+    if not sampling.is_even:
+        yield f"Noise Threshold and Time Limit do not apply to sub-frames: every pixel takes {sampling.samples} samples"

@@ -1,0 +1,90 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The description of a frame: all that the settings and the evaluated scene say about how to render a view layer."""
+
+from dataclasses import dataclass
+
+import bpy
+
+from ..blender.region import Region
+from ..cycles import denoiser
+from ..cycles.sampling import Sampling
+from ..cycles.scene_analysis import scene_use
+from ..cycles.scene_use import SceneUse
+from ..picture.reconstruction import Filter
+from ..plan import patterns
+
+
+@dataclass(frozen=True)
+class Frame:
+    """A view layer at a frame, as it is to be rendered.
+
+    Attributes
+    ----------
+    number : int
+        Of the frame.
+    region : Region
+    use : SceneUse
+        What its noise comes from.
+    sampling : Sampling
+        Of Cycles.
+    denoise : bool
+    noise_reduction : bool
+        Whether noise that the random numbers explain is to be subtracted.
+    pattern : str
+        Name of the pattern, as `scene.spectral_tiles.pattern` has it.
+    tile : generator.Tile or None
+        The pattern; None where Cycles' own samples are arranged, or stay as they are.
+    filter : Filter or None
+        What samples are spread by; None leaves that to Cycles.
+    sub_frames : int
+        Moments of the shutter, where these are rendered one by one.
+    """
+
+    number: int
+    region: Region
+    use: SceneUse
+    sampling: Sampling
+    denoise: bool
+    noise_reduction: bool
+    pattern: str
+    tile: object
+    filter: Filter | None
+    sub_frames: int
+
+    @classmethod
+    def of_depsgraph(cls, depsgraph):
+        """Describe what Blender wants rendered; raises `Refused` if the pattern cannot be used."""
+        scene, layer = depsgraph.scene_eval, depsgraph.view_layer_eval
+        settings = scene.spectral_tiles
+        use = scene_use(depsgraph)
+        return cls(
+            number=scene.frame_current,
+            region=Region.of_render(scene.render),
+            use=use,
+            sampling=Sampling.of_layer(scene, layer),
+            denoise=denoiser.wanted(scene, layer),
+            # Whoever chose a pattern wants to see what it does.
+            noise_reduction=settings.noise_reduction and settings.pattern == "AUTO",
+            pattern=settings.pattern,
+            tile=pattern_tile(scene, use.dims),
+            filter=chosen_filter(settings),
+            sub_frames=settings.sub_frames,
+        )
+
+
+def pattern_path(scene):
+    """Absolute path of a scene's pattern file, or an empty string."""
+    path = scene.spectral_tiles.pattern_path
+    return bpy.path.abspath(path, library=scene.library) if path else ""
+
+
+def pattern_tile(scene, dims=patterns.PROFILES["full"]):
+    """The tile of a scene's pattern, as `patterns.tile`."""
+    return patterns.tile(scene.spectral_tiles.pattern, pattern_path(scene), dims)
+
+
+def chosen_filter(settings):
+    """What samples are spread by, or None if Cycles' own filter is wanted."""
+    if settings.filter == "AS_CYCLES":
+        return None
+    return Filter(settings.filter, settings.filter_width, settings.filter_b, settings.filter_c)

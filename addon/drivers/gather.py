@@ -1,0 +1,164 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The method Gather: one call of Cycles whose pixels serve other film pixels, then every pass put back in order.
+
+Cycles' random numbers are a function of the render pixel.  A plan (`addon.plan`) says which film pixel each render
+pixel should serve, so that the numbers Cycles will draw there suit it; an OSL camera (`cycles.osl_camera`) sends the
+rays there; Cycles does the rest in a single call.  With a filter of ours there is a call for each sample.
+"""
+
+import os
+import tempfile
+import time
+
+import bpy
+import numpy as np
+
+from ..blender.display import InOrder
+from ..blender.refusal import Refused
+from ..blender.region import bands
+from ..cycles import aperture, dicing, osl_camera, passes, plan_image, sampling
+from ..farm import layers
+from ..picture.reconstruction import Reconstruction, positions
+from ..plan import arranged_plan, pattern_plan, patterns
+from . import checks, steps
+
+# Cycles' Depth where nothing was hit (kernel/film, pass accessor).
+_NO_DEPTH = 1e10
+
+
+def _check_passes(scene, layer):
+    if layer.use_pass_vector and not scene.render.use_motion_blur:
+        raise Refused(
+            f'The Vector pass of view layer "{layer.name}" cannot be rendered by Gather; '
+            "switch the pass off, or set Method to In Place"
+        )
+    if layer.use_pass_mist and getattr(scene.camera and scene.camera.data, "type", "") == "ORTHO":
+        raise Refused(
+            f'The Mist pass of view layer "{layer.name}" cannot be rendered by Gather with an orthographic '
+            "camera; switch the pass off, or set Method to In Place"
+        )
+    if layer.use_pass_z and "Position" in passes.aov_names(layer):
+        raise Refused(
+            f'The Depth pass of view layer "{layer.name}" cannot be rendered by Gather beside an AOV "Position"; '
+            "rename that, or set Method to In Place"
+        )
+
+
+def _check_subset(scene, layer):
+    if scene.cycles.use_sample_subset and scene.spectral_tiles.filter != "AS_CYCLES":
+        raise Refused("A sample subset cannot be filtered; set Filter to As Cycles, or switch the subset off")
+
+
+def _check_culling(scene, layer):
+    if scene.render.use_simplify and (scene.cycles.use_camera_cull or scene.cycles.use_distance_cull):
+        raise Refused(
+            "Culling cannot be done by Gather; "
+            "switch Camera Culling and Distance Culling off (Simplify), or set Method to In Place"
+        )
+
+
+def _check_camera(scene, layer):
+    osl_camera.check(scene, scene.camera)
+
+
+# Each raises `Refused` if a scene's view layer cannot be rendered this way.  The panel asks them all beforehand.
+CHECKS = (
+    checks.osl_build,
+    checks.osl_device,
+    _check_camera,
+    _check_passes,
+    _check_subset,
+    _check_culling,
+    checks.pattern,
+    checks.denoiser,
+)
+
+
+def render(session, frame):
+    """Render a frame; as `in_place.render`."""
+    engine = session.engine
+    views = osl_camera.views(engine, session.scene)
+    engine.update_stats("", "Planning samples")
+    plan, tile = _planned(engine, frame)
+    if plan.miss:
+        engine.report({"INFO"}, f"Cycles' numbers miss the tile's by, on average: {plan.miss}")
+    added = steps.add_guides(session, frame)
+    if session.layer.use_pass_z and not session.layer.use_pass_position:
+        engine.add_pass("Position", 3, "XYZ", layer=session.layer_name)
+    if frame.filter or not frame.sampling.is_whole:
+        added += passes.add_divisors(engine, session.layer)
+    samples = 1 if frame.filter else frame.sampling.samples
+    clean, noise = steps.known_noise(frame, plan, "GATHER", added, samples)
+    cameras = {view.camera: view.settings for view in views.values()}
+    with tempfile.TemporaryDirectory(prefix="spectral_tiles_", dir=bpy.app.tempdir) as folder:
+        image = os.path.join(folder, "plan.tif")
+        plan_image.write(plan, image)
+        session.set_sampling(**_sampling(frame, plan.seed))
+        session.write(lambda written: osl_camera.replace(written, session.scene, views, frame.region, image))
+        with dicing.user_camera(session, cameras):
+            if frame.filter:
+                picture = _filtered(session, frame, plan, clean, views, folder)
+            else:
+                engine.shown = InOrder(frame.region, plan)
+                picture = steps.without_noise(session, _in_order(session, plan, views), clean, 0, samples)
+    return picture, layers.facts(frame, session.layer_name, plan, noise, tile)
+
+
+def _planned(engine, frame):
+    """The plan of a frame, and the tile that it follows, or None."""
+    tile, use, sampled = frame.tile, frame.use, frame.sampling
+    if tile is None and use.is_direct and use.dims and sampled.samples == 1:
+        # Nothing but the tile's own dimensions is left to chance, and the rest need not be spared.
+        tile = patterns.spectral(use.dims)
+    if tile is None:
+        plan = arranged_plan.make(use, frame.region, sampled.samples, sampled.seed, sampled.frame, engine.test_break)
+        return plan, None
+    tile = aperture.fitted(tile, use.blades)
+    dims = tuple(name for name in use.dims if name in tile.dims)
+    return pattern_plan.make(tile, dims, frame.region, sampled.samples, sampled.frame_seed, engine.test_break), tile
+
+
+def _sampling(frame, seed):
+    """Settings of Cycles, whose threshold and time limit apply but to a filter of ours."""
+    wanted = sampling.exactly(frame.sampling.samples, seed)
+    if not frame.filter and frame.sampling.is_whole:
+        del wanted["use_adaptive_sampling"], wanted["time_limit"]
+    return wanted
+
+
+def _in_order(session, plan, views):
+    """One call by the plan, its pixels in order."""
+    picture = steps.pictured(session, session.call())
+    width, height = picture.size
+    for (name, view), depth in picture.passes.items():
+        if name == "Depth" and picture.kinds[name] is passes.Kind.FIRST_SAMPLE:
+            # A custom camera's Depth is a distance from the camera; only positions tell the depth along its axis.
+            for band in bands(height):
+                part = slice(band.start * width, band.stop * width)
+                hit = depth[part, 0] < _NO_DEPTH
+                depth[part][hit, 0] = views[view].depth(picture.passes["Position", view][part][hit])
+    return picture.moved(plan.film)
+
+
+def _filtered(session, frame, plan, clean, views, folder):
+    """A call for each sample: light of each goes through the filter, data are those of the first."""
+    count, limit = frame.sampling.samples, frame.sampling.time_limit
+    start = time.monotonic()
+    first, sums = None, None
+    everywhere = np.ones(frame.region.size[::-1], np.float32)
+    for sample in range(count):
+        late = limit and time.monotonic() - start > limit
+        if first and (late or session.engine.test_break()):
+            break
+        where = positions(frame.region, sample, frame.sampling.frame_seed)
+        image = os.path.join(folder, f"positions_{sample}.tif")
+        plan_image.write_positions(plan, image, where.reshape(2, -1)[:, plan.film])
+        session.write(lambda _, image=image: osl_camera.set_positions(views, image))
+        session.set_sampling(use_sample_subset=True, sample_offset=sample, sample_subset_length=1)
+        picture = _in_order(session, plan, views)
+        os.remove(image)
+        light = steps.without_noise(session, picture, clean, sample, 1).light
+        if first is None:
+            first, sums = picture, Reconstruction(frame.filter, *light.shape)
+        sums.add(light, where, everywhere / count)
+    return first.with_light(sums.pixels())

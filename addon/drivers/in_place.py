@@ -1,0 +1,37 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The method In Place: one call of Cycles, whose numbers are known, so that the noise they explain can be subtracted.
+
+Nothing is planned and nobody aims the camera, so it costs little beside Cycles' render and takes any camera and device
+that Cycles has.
+"""
+
+from ..cycles import passes, sampling
+from ..farm import layers
+from ..plan.sample_plan import Plan
+from . import steps
+
+
+def render(session, frame):
+    """Render a frame.
+
+    Parameters
+    ----------
+    session : Session
+    frame : Frame
+
+    Returns
+    -------
+    picture : Picture
+    facts : dict of str to str
+        Of `farm.layers.facts`.
+    """
+    plan = Plan.in_place(frame.sampling.frame_seed, frame.region)
+    added = [] if frame.sampling.is_whole else passes.add_divisors(session.engine, session.layer)
+    guides = steps.add_guides(session, frame)
+    samples = frame.sampling.samples
+    clean, noise = steps.known_noise(frame, plan, "IN_PLACE", [*added, *guides], samples)
+    session.set_sampling(**sampling.exactly(samples, plan.seed))
+    picture = steps.pictured(session, session.call())
+    return steps.without_noise(session, picture, clean, 0, samples), layers.facts(
+        frame, session.layer_name, plan, noise
+    )

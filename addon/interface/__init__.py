@@ -1,0 +1,38 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What a person touches: panel, presets, operators, the command line."""
+
+from . import (
+    command_line,
+    comparison,
+    forecast,
+    panel,
+    pattern_icons,
+    pattern_making,
+    picture_files,
+    presets,
+    slot_comparison,
+)
+
+__all__ = [
+    "command_line",
+    "comparison",
+    "forecast",
+    "panel",
+    "pattern_icons",
+    "pattern_making",
+    "picture_files",
+    "presets",
+    "slot_comparison",
+]
+
+_MODULES = (forecast, pattern_icons, presets, pattern_making, slot_comparison, panel, command_line)
+
+
+def register():
+    for module in _MODULES:
+        module.register()
+
+
+def unregister():
+    for module in reversed(_MODULES):
+        module.unregister()

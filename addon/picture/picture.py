@@ -1,0 +1,113 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""A picture: the passes of a view layer with what their values are, and how pictures are put together."""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from ..cycles.passes import NOISY, Kind, divisor
+from ..plan.sample_plan import scattered
+
+
+@dataclass(frozen=True)
+class Picture:
+    """Passes of a view layer.
+
+    Attributes
+    ----------
+    passes : dict
+        (pass name, view name) -> float32 array (pixels, channels), rows from the bottom.
+    kinds : dict of str to Kind
+        By pass name.
+    size : (int, int)
+        Width and height in pixels.
+    """
+
+    passes: dict
+    kinds: dict
+    size: tuple[int, int]
+
+    def of_kind(self, *kinds):
+        """Keys of the passes of some kinds."""
+        return [key for key in self.passes if self.kinds[key[0]] in kinds]
+
+    def divisor(self, key):
+        """Key of the pass that Cycles has divided this one by, if it was rendered."""
+        if self.kinds[key[0]] is not Kind.DIVIDED:
+            return None
+        found = divisor(key[0]), key[1]
+        is_there = found in self.passes and self.passes[found].shape == self.passes[key].shape
+        return found if is_there else None
+
+    @property
+    def light_keys(self):
+        """Keys of all passes that a filter may spread and a mean may mix as light."""
+        return self.of_kind(Kind.COLOUR, Kind.DIVIDED)
+
+    @property
+    def light(self):
+        """All those passes as light, what Cycles divided multiplied again: (channels, height, width)."""
+        lights = []
+        for key in self.light_keys:
+            colour = self.divisor(key)
+            lights.append(self.passes[key] * self.passes[colour] if colour else self.passes[key])
+        width, height = self.size
+        return np.concatenate(lights, axis=1).T.reshape(-1, height, width)
+
+    def with_light(self, planes):
+        """The picture with its light replaced by planes in the form of `light`."""
+        keys = self.light_keys
+        ends = np.cumsum([self.passes[key].shape[1] for key in keys])
+        lights = np.split(planes.reshape(len(planes), -1).T, ends[:-1], axis=1)
+        passes = self.passes | dict(zip(keys, lights, strict=True))
+        for key in keys:
+            if colour := self.divisor(key):
+                light, by = passes[key], passes[colour]
+                # Below zero where a filter's lobes are: the passes' product is to be the light there, too.
+                passes[key] = np.divide(light, by, out=np.zeros_like(light), where=by != 0.0)
+        return replace(self, passes=passes)
+
+    def with_passes(self, passes):
+        """The picture with some passes replaced or added, which must have a kind."""
+        return replace(self, passes=self.passes | passes)
+
+    def of_view(self, view):
+        """The passes of one view."""
+        return replace(self, passes={key: pixels for key, pixels in self.passes.items() if key[1] == view})
+
+    @property
+    def first_view(self):
+        """Name of the first view."""
+        return next(iter(self.passes))[1]
+
+    @property
+    def combined(self):
+        """What is seen, (pixels, 4), before any denoiser."""
+        view = self.first_view
+        return self.passes.get((NOISY["Combined"], view), self.passes["Combined", view])
+
+    def with_noisy(self):
+        """The picture whose denoised passes hold what Cycles has under the names of the noisy ones."""
+        return self.with_passes(
+            {(name, view): self.passes[noisy, view] for name, noisy in NOISY.items() for _, view in self.passes
+             if (noisy, view) in self.passes}
+        )  # fmt: skip
+
+    def moved(self, film):
+        """The picture whose pixel `film[p]` is pixel p of this one."""
+        return replace(self, passes={key: scattered(pixels, film) for key, pixels in self.passes.items()})
+
+
+def mean(before, picture, count):
+    """The picture of `count` samples, of which the last one's is `picture`, and the others' mean is `before`."""
+    if count == 1:
+        return picture
+    share = np.float32(1.0 / count)
+    data = {key: before.passes[key] for key in picture.of_kind(Kind.FIRST_SAMPLE, Kind.CRYPTOMATTE)}
+    for key in picture.of_kind(Kind.MEAN):
+        data[key] = before.passes[key] + share * (picture.passes[key] - before.passes[key])
+    for key in picture.of_kind(Kind.SAMPLE_COUNT):
+        data[key] = before.passes[key] + picture.passes[key]
+    light = before.light
+    light = light + share * (picture.light - light)
+    return before.with_passes(data).with_light(light)

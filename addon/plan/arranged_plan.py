@@ -1,0 +1,258 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The automatic plan: Cycles' own samples, arranged for what the scene uses."""
+
+import concurrent.futures
+import functools
+import os
+
+import numpy as np
+
+from ..blender.refusal import Cancelled
+from ..cycles import aperture, random_numbers
+from . import modes
+from .arrangement import ALIGNMENT, arrange
+from .sample_plan import LARGE, MOST_PLANNED, Plan, memory
+
+# Blocks of the sequence are arranged within windows of this many pixels a side, a multiple of `ALIGNMENT`.  Windows
+# that are worked at take some 200 bytes a pixel, so at most one in `_SPREAD` is at a time.
+_WINDOW, _SPREAD = 256, 12
+
+# Modes of the error that are weighed, and samples that tell which these are.
+_MODES, _TRIAL = 18, 4096
+
+# Frames of an animation are arranged in groups of this many that complement each other, each knowing those before it;
+# the weight is what the group's mean counts beside the frame's own picture.
+GROUP, WEIGHT = 4, 0.5
+
+
+# Dimensions that integrands depend on together.
+_TIME, _LENS, _LIGHT, _PICK = ("t",), aperture.dims(0), ("light.u", "light.v"), ("light.pick",)
+_SCATTERING, _CLOSURE, _PICK_2 = ("bsdf.u", "bsdf.v"), ("bsdf.pick",), ("light2.pick",)
+
+# What part of the variance of pictures comes from each, in percent, and from their interactions: about the mean of
+# `python -m bench shares` over the scenes that use them.
+SHARES = {
+    (_TIME,): 5.0,
+    (_LENS,): 10.0,
+    (_LIGHT,): 4.0,
+    (_PICK,): 14.0,
+    (_SCATTERING,): 12.0,
+    (_CLOSURE,): 2.5,
+    (_SCATTERING, _CLOSURE): 1.5,
+    (_LIGHT, _PICK): 0.5,
+    (_TIME, _LIGHT): 0.5,
+    (_SCATTERING, _PICK_2): 0.3,
+    (_PICK_2,): 0.2,
+}
+
+
+def shares(use):
+    """What the noise of a frame comes from, as `modes.variances` takes it.
+
+    Parameters
+    ----------
+    use : analysis.SceneUse
+
+    Returns
+    -------
+    list of (tuple of tuple of str, float)
+    """
+    used = set()
+    if use.motion_blur:
+        used.add(_TIME)
+    if use.lens:
+        used.add(_LENS)
+    if use.lights:
+        used.add(_LIGHT)
+    if use.lights > 1:
+        used.add(_PICK)
+    if use.bounces or use.glow:
+        used |= {_SCATTERING, _CLOSURE}
+    if use.bounces and use.lights > 1:
+        used.add(_PICK_2)
+    seen = {_LENS: aperture.dims(use.blades)}
+    return [
+        (tuple(seen.get(group, group) for group in groups), share)
+        for groups, share in SHARES.items()
+        if used.issuperset(groups)
+    ]
+
+
+def place_in_group(seed, frame):
+    """Which group of frames a frame belongs to.
+
+    Parameters
+    ----------
+    seed : int
+    frame : int or None
+        None for a pattern that does not change with the frame.
+
+    Returns
+    -------
+    group, first_seed, place : int
+        The group's number, the Cycles seed of its first frame, and how many frames of it come before this one; each
+        frame's Cycles seed is one more than that before it.
+    """
+    group, place = (0, 0) if frame is None else divmod(frame - 1, GROUP)
+    return group, (seed + GROUP * group) % (2**31 - GROUP), place
+
+
+def make(use, region, samples, seed, frame=None, is_cancelled=lambda: False):
+    """Plan for a frame; remembered, so that other frames and seeds of a large region cost nothing.
+
+    Parameters
+    ----------
+    use : analysis.SceneUse
+    region : addon.region.Region
+    samples : int
+        Samples a pixel.
+    seed : int
+        Another seed gives another, equally good plan.
+    frame : int, optional
+        Of an animation whose pattern changes from frame to frame.  Those before it in its group are planned, too.
+    is_cancelled : callable, optional
+        Whether the user wants it no more; asked from several threads.
+
+    Returns
+    -------
+    plan.Plan
+
+    Raises
+    ------
+    Cancelled
+    """
+    chosen = tuple(shares(use))
+    group, first_seed, place = place_in_group(seed, frame)
+    if region.pixels > LARGE:
+        first_seed = 0
+    plans = []
+    for cycles_seed in range(first_seed, first_seed + place + 1):
+        key = (chosen, region, samples, cycles_seed, len(plans))
+        plans.append(memory.get(key, lambda key=key: _arrange(*key[:-1], plans, is_cancelled)))
+    # Where nothing is beyond, samples find other places than in the middle; so any place may be there.
+    return plans[-1].moved(*np.random.default_rng((seed, group % 2**32)).integers(0, region.size))
+
+
+def _arrange(chosen, region, samples, cycles_seed, earlier, is_cancelled):
+    """The plan of a frame that complements those before it."""
+    plan = Plan.in_place(cycles_seed, region)
+    if not chosen:
+        return plan
+    width = plan.width
+    planned = min(samples, MOST_PLANNED)
+    weighed = error_modes(chosen, planned)
+
+    def fill(window):
+        if is_cancelled():
+            raise Cancelled
+        y, x = (_aligned(part, start) for part, start in zip(window, region.corner[::-1], strict=True))
+        y, x = y[:, None], x[None, :]
+        inside = region.holds(x, y)
+        place = (y - region.corner[1]) * width + (x - region.corner[0])
+
+        def features(ranks):
+            return modes.features(weighed, numbers(weighed, ranks, planned, samples))
+
+        before = None
+        for other in earlier:
+            # Windows keep to themselves, so that those pixels of the film are served from here.
+            ranks = random_numbers.pixel_ranks(x, y, other.seed)
+            row, column = np.divmod(other.film[place[inside]], np.int32(width))
+            standing = ranks.copy()
+            standing[row + region.corner[1] - y[0], column + region.corner[0] - x[:, 0]] = ranks[inside]
+            if before is None:
+                before = np.zeros((len(weighed), *ranks.shape), np.float32)
+            for seen, feature in zip(before, features(standing), strict=True):
+                seen += np.float32(WEIGHT) * feature
+        ranks = random_numbers.pixel_ranks(x, y, plan.seed)
+        order = arrange(features(ranks), len(weighed), ranks, inside, before)
+        plan.film[place.ravel()[order[inside]]] = place[inside]
+
+    windows = region.windows(_WINDOW)
+    at_once = min(os.process_cpu_count(), len(windows) // _SPREAD)
+    with concurrent.futures.ThreadPoolExecutor(max(1, at_once)) as threads:
+        list(threads.map(fill, windows))
+    return plan
+
+
+@functools.cache
+def error_modes(chosen, samples, count=_MODES):
+    """The modes in which pixels differ most.
+
+    Parameters
+    ----------
+    chosen : tuple
+        Of `shares`.
+    samples : int
+        Samples of each pixel.
+    count : int
+        How many modes.
+
+    Returns
+    -------
+    dict of tuple to float
+        As `modes.features` takes it.
+    """
+    total = modes.variances(chosen)
+    ranks = np.arange(max(_TRIAL // samples, 256), dtype=np.uint32)
+    return modes.strongest(total, numbers(total, ranks, samples, samples), count)
+
+
+def numbers(chosen, ranks, samples, sequence, first=0, lens_shift=None):
+    """What modes depend on, at some samples of each pixel's share of the sequence.
+
+    Parameters
+    ----------
+    chosen : iterable of tuple
+        Modes.
+    ranks : uint32 array
+        Of the pixels (`random_numbers.pixel_ranks`).
+    samples, sequence, first : int
+        How many samples, of how many, from which on.
+    lens_shift : dict of str to uint8 array, shape ranks.shape, optional
+        What is added to Cycles' lens numbers, in 256ths.
+
+    Returns
+    -------
+    dict of str to uint8 array, shape (samples, *ranks.shape)
+        Leading bytes of the numbers, by dimension (`aperture.leading_bytes`).
+    """
+    steps = np.arange(first, first + samples, dtype=np.uint32).reshape(-1, *(1,) * ranks.ndim)
+    index = ranks * np.uint32(sequence) + steps
+
+    def draw(dims):
+        values = random_numbers.leading_bytes(index, dims)
+        for name in values.keys() & (lens_shift or {}).keys():
+            values[name] += lens_shift[name]
+        return values
+
+    return aperture.leading_bytes({name for mode in chosen for name, _ in mode}, draw)
+
+
+def drawn(plan, region, sequence):
+    """What Cycles draws at the film pixels of a plan, as `control_variates.of_picture` takes it.
+
+    Parameters
+    ----------
+    plan : plan.Plan
+    region : addon.region.Region
+    sequence : int
+        Samples a pixel of Cycles' whole sequence.
+
+    Returns
+    -------
+    callable
+    """
+    ranks, lens_shift = plan.at_film(region)
+
+    def found(pixels, chosen, samples, first):
+        shift = {name: values[pixels] for name, values in lens_shift.items()}
+        return numbers(chosen, ranks[pixels], samples, sequence, first, shift)
+
+    return found
+
+
+def _aligned(part, start):
+    """Absolute coordinates of a part of the region that starts at `start`, out to the next multiples of `ALIGNMENT`."""
+    first, last = part.start + start, part.stop + start
+    return np.arange(first - first % ALIGNMENT, last + -last % ALIGNMENT, dtype=np.int32)
