@@ -139,7 +139,7 @@ def read(engine, layer_name, names=None):
 
 
 def write(engine, region, layer_name, passes):
-    """Replace passes of one view layer of the engine's result by those of `read`'s form."""
+    """Replace all passes of one view layer of the engine's result by those of `read`'s form; others become black."""
     width, height = region.size
     # Blender holds a copy of what is being written.
     for view, band in itertools.product(engine.get_result().views.keys(), bands(height)):

@@ -3,11 +3,8 @@
 
 from dataclasses import dataclass
 
-from ..picture.control_variates import MOST_SAMPLES
 from . import checks, gather, rounds, sub_frames
-
-#: Samples a pixel up to which subtracting known noise is worth its time on real files.
-FEW_SAMPLES = 4
+from .frame import reduces_noise
 
 
 @dataclass(frozen=True)
@@ -58,10 +55,11 @@ def of_layer(scene, layer, sampling, use, shading_messages=lambda: ()):
         )
     if not sampling.count or checks.messages((checks.denoiser,), scene, layer):
         return Choice("CYCLES")
+    if not sampling.is_whole and sampling.is_even:
+        return Choice("IN_PLACE")
     if settings.distribution == "BY_NOISE" and rounds.suit(scene, layer, sampling):
         return Choice("ROUNDS")
-    few = MOST_SAMPLES if settings.method == "IN_PLACE" else FEW_SAMPLES
-    if settings.noise_reduction and sampling.is_even and sampling.samples <= few and use.dims:
+    if reduces_noise(settings, sampling) and use.dims:
         return Choice("IN_PLACE")
     return Choice("CYCLES")
 
@@ -81,6 +79,8 @@ def _checked(method, tests, scene, layer, differences, shading_messages=lambda: 
 def _gather_differences(settings, sampling):
     if settings.filter != "AS_CYCLES" and sampling.threshold is not None:
         yield f"Noise Threshold does not apply to a filter: every pixel takes {sampling.samples} samples"
+    if not sampling.is_whole and sampling.is_even:
+        return Choice("IN_PLACE")
     if settings.distribution == "BY_NOISE" and sampling.is_even:
         yield "Samples are distributed evenly: the method Gather moves them"
 

@@ -87,8 +87,7 @@ def render(session, frame):
         engine.add_pass("Position", 3, "XYZ", layer=session.layer_name)
     if frame.filter or not frame.sampling.is_whole:
         added += passes.add_divisors(engine, session.layer)
-    samples = 1 if frame.filter else frame.sampling.samples
-    clean, noise = steps.known_noise(frame, plan, "GATHER", added, samples)
+    clean, noise = steps.known_noise(frame, plan, "GATHER", added)
     cameras = {view.camera: view.settings for view in views.values()}
     with tempfile.TemporaryDirectory(prefix="spectral_tiles_", dir=bpy.app.tempdir) as folder:
         image = os.path.join(folder, "plan.tif")
@@ -100,7 +99,9 @@ def render(session, frame):
                 picture = _filtered(session, frame, plan, clean, views, folder)
             else:
                 engine.shown = InOrder(frame.region, plan)
-                picture = steps.without_noise(session, _in_order(session, plan, views), clean, 0, samples)
+                picture = steps.without_noise(
+                    session, _in_order(session, plan, views), clean, 0, frame.sampling.samples
+                )
     return picture, layers.facts(frame, session.layer_name, plan, noise, tile)
 
 
@@ -115,7 +116,9 @@ def _planned(engine, frame):
         return plan, None
     tile = aperture.fitted(tile, use.blades)
     dims = tuple(name for name in use.dims if name in tile.dims)
-    return pattern_plan.make(tile, dims, frame.region, sampled.samples, sampled.frame_seed, engine.test_break), tile
+    return pattern_plan.make(
+        tile, dims, frame.region, sampled.samples, sampled.frame_seed % 2**31, engine.test_break
+    ), tile
 
 
 def _sampling(frame, seed):

@@ -29,8 +29,8 @@ def render(session, frame):
     added = [] if frame.sampling.is_whole else passes.add_divisors(session.engine, session.layer)
     guides = steps.add_guides(session, frame)
     samples = frame.sampling.samples
-    clean, noise = steps.known_noise(frame, plan, "IN_PLACE", [*added, *guides], samples)
-    session.set_sampling(**sampling.exactly(samples, plan.seed))
+    clean, noise = steps.known_noise(frame, plan, "IN_PLACE", [*added, *guides])
+    session.set_sampling(**sampling.exactly(samples))
     picture = steps.pictured(session, session.call())
     return steps.without_noise(session, picture, clean, 0, samples), layers.facts(
         frame, session.layer_name, plan, noise

@@ -46,14 +46,14 @@ def test_sub_renders_agree_with_gather(tmp_path, monkeypatch, build):
     """
     monkeypatch.setattr(cell_plan, "_DIFFERENT", 64)
     build()
-    bpy.context.scene.spectral_tiles.control_variates = False
+    bpy.context.scene.spectral_tiles.noise_reduction = False
     stacks = {}
-    for driver in ("GATHER", "SUBRENDER"):
-        bpy.context.scene.spectral_tiles.driver = driver
+    for driver in ("GATHER", "SUB_FRAMES"):
+        bpy.context.scene.spectral_tiles.method = driver
         stacks[driver] = rendering.stack(tmp_path, "SPECTRAL_TILES", SEEDS, choose=all_views)
-    rendering.assert_same_expectation(stacks["SUBRENDER"], stacks["GATHER"], block=8)
+    rendering.assert_same_expectation(stacks["SUB_FRAMES"], stacks["GATHER"], block=8)
     for sigma in (0, 1):
-        ours, gathered = (squared_errors(stacks[driver], sigma) for driver in ("SUBRENDER", "GATHER"))
+        ours, gathered = (squared_errors(stacks[driver], sigma) for driver in ("SUB_FRAMES", "GATHER"))
         ratio = ours.mean() / gathered.mean()
         # Eight by eight cells that repeat: their blurred error is known to a tenth at best.
         spread = ratio * np.sqrt(sum(e.var(ddof=1) / len(e) / e.mean() ** 2 for e in (ours, gathered)))
