@@ -6,7 +6,7 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 
-from bench import adaptive, demo, errors, filters, frames, paper, quality, report, scene_results, timing
+from bench import demo, errors, filters, frames, paper, quality, report, scene_results, timing
 from bench.jobs import AUTOMATIC, RenderFailed, Settings
 from bench.reference import QUICK_SAMPLES, SAMPLES
 from bench.scene_files import scene_file
@@ -51,7 +51,7 @@ def _timed(scenes: Sequence[str], settings: Settings, pairs: int) -> str:
 
 def _quality(options: argparse.Namespace) -> str:
     size = (256, 256) if options.quick else (512, 512)
-    settings = Settings(size=size, bounces=options.bounces, driver=options.driver, raw=options.raw)
+    settings = Settings(size=size, bounces=options.bounces, method=options.method, raw=options.raw)
     samples, seeds = ((1,), 2) if options.quick else (options.samples, options.seeds)
     scenes = [scene_file(name) for name in options.scenes]
     return quality.report(scenes, settings, samples, range(seeds), _reference_samples(options), options.native_only)
@@ -73,12 +73,6 @@ def _filters(options: argparse.Namespace) -> str:
     settings = Settings(size=(options.size, options.size), gaussian=options.deviation)
     scenes = [scene_file(name) for name in options.scenes]
     return filters.report(scenes, settings, options.samples, range(options.seeds), _reference_samples(options))
-
-
-def _adaptive(options: argparse.Namespace) -> str:
-    settings = Settings(size=(options.size, options.size), driver=options.driver)
-    scenes = [scene_file(name) for name in options.scenes]
-    return adaptive.report(scenes, settings, options.samples, range(options.seeds), _reference_samples(options))
 
 
 def _demo(options: argparse.Namespace) -> str:
@@ -150,21 +144,19 @@ def _parser() -> argparse.ArgumentParser:
         description="Measure Spectral Tiles against Cycles; without a command, errors on the demo and wall times.",
     )
     parser.add_argument("--samples", type=_counts, default=(1, 2, 4), help="samples a pixel, as in 1,2,4")
-    parser.add_argument("--seeds", type=int, default=4, help="images of each engine and sample count")
+    parser.add_argument("--seeds", type=int, default=4, help="images of each and sample count")
     parser.add_argument("--pairs", type=int, default=5, help="pairs of timed processes")
     parser.set_defaults(run=_errors_and_times)
     commands = parser.add_subparsers(title="commands", metavar="COMMAND")
 
     driven = argparse.ArgumentParser(add_help=False)
-    driven.add_argument(
-        "--driver", choices=("AUTO", "GATHER", "IN_PLACE", "SUBRENDER"), default="AUTO", help="of our engine"
-    )
+    driven.add_argument("--method", choices=("GATHER", "IN_PLACE"), default="GATHER", help="of ours")
 
     over_scenes = commands.add_parser("quality", parents=[quick, driven], help="error ratios over all scenes")
     over_scenes.add_argument("--scenes", nargs="+", default=QUALITY, metavar="SCENE", help="names or .blend files")
     over_scenes.add_argument("--samples", type=_counts, default=(1, 2, 4, 16), help="samples a pixel, as in 1,2,4,16")
     over_scenes.add_argument("--bounces", type=_bounces, default=None, help="'own' (the scene's) or a number")
-    over_scenes.add_argument("--seeds", type=int, default=4, help="images of each engine and sample count")
+    over_scenes.add_argument("--seeds", type=int, default=4, help="images of each and sample count")
     over_scenes.add_argument("--raw", action="store_true", help="without control variates")
     over_scenes.add_argument("--native-only", action="store_true", help=f"only {AUTOMATIC} against Tabulated Sobol")
     over_scenes.set_defaults(run=_quality)
@@ -178,18 +170,12 @@ def _parser() -> argparse.ArgumentParser:
     few = argparse.ArgumentParser(add_help=False, parents=[quick])
     few.add_argument("--scenes", nargs="+", default=FEW, metavar="SCENE", help="names or .blend files")
     few.add_argument("--size", type=int, default=256, metavar="N", help="width and height in pixels")
-    few.add_argument("--seeds", type=int, default=4, help="images of each engine and sample count")
+    few.add_argument("--seeds", type=int, default=4, help="images of each and sample count")
 
     filtered = commands.add_parser("filters", parents=[few], help="samples shared by a filter's pixels against native")
     filtered.add_argument("--samples", type=_counts, default=(1, 2, 4), help="samples a pixel, as in 1,2,4")
     filtered.add_argument("--deviation", type=float, default=0.5, help="of the Gaussian, in pixels")
     filtered.set_defaults(run=_filters)
-
-    adapted = commands.add_parser(
-        "adaptive", parents=[few, driven], help="adaptive sampling against even rates, native"
-    )
-    adapted.add_argument("--samples", type=_counts, default=(2, 4), help="mean samples a pixel, as in 2,4")
-    adapted.set_defaults(run=_adaptive)
 
     times = commands.add_parser("times", help="wall time and memory against native")
     times.add_argument("--scenes", nargs="+", default=TIMED, metavar="SCENE", help="names or .blend files")
@@ -243,7 +229,7 @@ def _parser() -> argparse.ArgumentParser:
     )
     page.add_argument("--lines", type=int, default=256, help="width and height of the pictures, 256")
     page.add_argument("--samples", type=_counts, default=(1, 2, 4, 8, 16), help="samples a pixel, as in 1,2,4,8,16")
-    page.add_argument("--seeds", type=int, default=4, help="images of each engine and sample count")
+    page.add_argument("--seeds", type=int, default=4, help="images of each and sample count")
     page.add_argument("--pairs", type=int, default=3, help="pairs of timed processes")
     page.add_argument("--readme", action="store_true", help="renew README's pictures and table too")
     page.set_defaults(run=_report, spectrum=(100,))
