@@ -5,7 +5,6 @@ from cycles import CyclesRender
 
 from ..blender.refusal import Refused
 from ..cycles import session as cycles_session
-from ..cycles import shading
 from ..farm import layers
 from . import checks, choice, frame, gather, in_place, rounds, steps, sub_frames
 
@@ -32,7 +31,7 @@ def render(engine, depsgraph, render_by_cycles):
     described = frame.Frame.of_depsgraph(depsgraph)
     scene, layer = depsgraph.scene_eval, depsgraph.view_layer_eval
     chosen = choice.of_layer(
-        scene, layer, described.sampling, described.use, lambda: shading.messages(depsgraph, scene.camera)
+        scene, layer, described.sampling, described.use, lambda: gather.scene_messages(depsgraph, scene.camera)
     )
     if chosen.refusals:
         raise Refused(chosen.refusals[0])

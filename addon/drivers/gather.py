@@ -16,7 +16,7 @@ import numpy as np
 from ..blender.display import InOrder
 from ..blender.refusal import Refused
 from ..blender.region import bands
-from ..cycles import aperture, dicing, osl_camera, passes, plan_image, sampling
+from ..cycles import aperture, clipping, dicing, osl_camera, passes, plan_image, sampling, shading
 from ..farm import layers
 from ..picture.reconstruction import Reconstruction, positions
 from ..plan import arranged_plan, pattern_plan, patterns
@@ -72,6 +72,11 @@ CHECKS = (
     checks.pattern,
     checks.denoiser,
 )
+
+
+def scene_messages(depsgraph, camera):
+    """Why what a camera sees cannot be rendered this way, one message or none; it must have passed `CHECKS`."""
+    return shading.messages(depsgraph, camera) or clipping.messages(depsgraph, camera)
 
 
 def render(session, frame):

@@ -3,9 +3,9 @@
 
 import bpy
 
-from ..cycles import scene_analysis, shading
+from ..cycles import scene_analysis
 from ..cycles.sampling import Sampling
-from ..drivers import choice
+from ..drivers import choice, gather
 
 # Of each view layer, by its depsgraph: its emitters, and what is wrong with its shading.  Finding them takes
 # milliseconds in a scene of thousands of objects, and a panel is drawn at every move of the mouse over it.
@@ -46,7 +46,7 @@ def chosen(scene, layer):
         return None
 
     def shading_messages():
-        return _remembered(_shading, layer.depsgraph, lambda found: shading.messages(found, scene.camera))
+        return _remembered(_shading, layer.depsgraph, lambda found: gather.scene_messages(found, scene.camera))
 
     return choice.of_layer(scene, layer, Sampling.of_layer(scene, layer), use, shading_messages)
 
