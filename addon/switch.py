@@ -11,13 +11,13 @@ from cycles import engine as cycles
 from . import drivers
 from .blender import failure
 
-#: Whether Cycles renders on its own even where the switch is on: what a comparison is made with.
-native = False
+#: Whether final renders are ours whatever their scene says, for a comparison; None leaves it to the scene.
+forced = None
 
 
 def is_on(scene):
     """Whether final renders of a scene are ours."""
-    return not native and scene.spectral_tiles.enabled
+    return scene.spectral_tiles.enabled if forced is None else forced
 
 
 def _render(render_by_cycles, engine, depsgraph):

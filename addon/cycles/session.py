@@ -67,9 +67,9 @@ class Session:
         self._written = Overwritten()
 
     def __enter__(self):
-        # Without a window Blender frees the evaluated scene once Cycles has read it, but for engines that draw by GPU
+        # Blender frees the evaluated scene once Cycles has read it, but for engines that draw by GPU
         # (`RE_engine_free_blender_memory`).
-        self.engine.bl_use_gpu_context = bpy.app.background
+        self.engine.bl_use_gpu_context = True
         return self
 
     def __exit__(self, *exception):
