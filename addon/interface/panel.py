@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The panel in the render properties, Sampling > Spectral Tiles: for artists, and closed in it what is rarely wanted."""
+"""The panel Render Properties > Sampling > Spectral Tiles: for artists, and closed in it what is rarely wanted."""
 
 import blf
 import bpy

@@ -15,10 +15,8 @@ import numpy as np
 
 sys.path.append(os.getcwd())
 
-from artist import (
-    FOLDER, RENDER, area, back, escape, everything_set, full_screen, idle, looking_at, module, note, press, redraw,
-    rendered, rendering, save_result, shoot, until, F12,
-)  # fmt: skip
+import artist  # noqa: E402
+from artist import FOLDER, area, back, idle, looking_at, module, note, press, redraw, rendering, shoot, until  # noqa: E402
 
 
 def settings():
@@ -109,7 +107,7 @@ def tabs():
             area("PROPERTIES").spaces[0].context = SPACE_NAMES.get(tab, tab)
             yield from idle(0.2)
             shown[is_on][tab] = polls()
-            yield from full_screen(f"tab_{tab}_{is_on}".lower())
+            yield from artist.full_screen(f"tab_{tab}_{is_on}".lower())
     area("PROPERTIES").spaces[0].context = "RENDER"
     yield from idle(0.2)
     note(panels_off=shown[False], panels_on=shown[True], render_panels=polls())
@@ -128,29 +126,29 @@ def panel():
         return {"method": how.method, "sentence": forecast.sentence(scene, layer), "refusals": how.refusals,
                 "differences": how.differences}  # fmt: skip
 
-    yield from full_screen("panel_on")
+    yield from artist.full_screen("panel_on")
     note(told_on=told())
     settings().enabled = False
-    yield from full_screen("panel_off")
+    yield from artist.full_screen("panel_off")
     settings().enabled = True
     settings().method = "GATHER"
-    yield from full_screen("panel_refused")
+    yield from artist.full_screen("panel_refused")
     note(told_of_gather=told())
     # As it is where there is Open Shading Language, which Debian's Blender lacks.
     checks = module("drivers.gather").CHECKS
     module("drivers.gather").CHECKS = ()
     settings().pattern = "SPECTRAL_64"
-    yield from full_screen("panel_pattern")
+    yield from artist.full_screen("panel_pattern")
     pattern = module("drivers.frame").pattern_tile(scene)
     note(told_of_pattern=told(), icons=module("interface.pattern_icons").icons(pattern))
     settings().filter = "MITCHELL_NETRAVALI"
-    yield from full_screen("panel_filter")
+    yield from artist.full_screen("panel_filter")
     settings().filter, settings().pattern, settings().method = "AS_CYCLES", "AUTO", "SUB_FRAMES"
-    yield from full_screen("panel_sub_frames")
+    yield from artist.full_screen("panel_sub_frames")
     settings().method = "AUTO"
     module("drivers.gather").CHECKS = checks
     scene.cycles.samples = 1024
-    yield from full_screen("panel_many_samples")
+    yield from artist.full_screen("panel_many_samples")
     note(told_of_many_samples=told())
     scene.cycles.samples = 1
     scene.cycles.use_denoising = True
@@ -209,7 +207,7 @@ def generate():
 def refused():
     """F12 and the comparison where they cannot be done: nothing is rendered, and Blender goes on."""
     settings().method = "GATHER"
-    press(F12)
+    press(artist.F12)
     yield from until(rendering, 10)
     yield from until(lambda: not rendering())
     yield from idle(0.5)
@@ -225,17 +223,17 @@ def refused():
 
 def still():
     """F12, on the keyboard."""
-    before = everything_set()
-    yield from rendered()
+    before = artist.everything_set()
+    yield from artist.rendered()
     note(changed_by_still=changes(before))
     shoot("still")
-    save_result("still")
+    artist.save_result("still")
     yield from back()
 
 
 def changes(before):
     """What is set otherwise than it was."""
-    after = everything_set()
+    after = artist.everything_set()
     return {name: [before.get(name), after.get(name)] for name in before | after if before.get(name) != after.get(name)}
 
 
@@ -243,15 +241,15 @@ def cancel():
     """F12 for a long render, a copy saved in its middle, then Esc."""
     bpy.context.scene.cycles.samples = 4096
     bpy.ops.wm.save_as_mainfile(filepath=os.path.join(FOLDER, "before.blend"), copy=True)
-    before = everything_set()
-    press(F12)
+    before = artist.everything_set()
+    press(artist.F12)
     yield from until(rendering, 10)
     yield from idle(4)
     shoot("cancel")
     note(was_rendering=rendering(), changed_during_render=changes(before))
     bpy.ops.wm.save_as_mainfile(filepath=os.path.join(FOLDER, "during.blend"), copy=True)
     note(was_still_rendering=rendering())
-    yield from escape("seconds_to_cancel")
+    yield from artist.escape("seconds_to_cancel")
     yield from idle(0.5)
     note(changed_by_cancelled=changes(before))
     yield from back()
@@ -273,9 +271,9 @@ def region():
     render = bpy.context.scene.render
     render.use_border = True
     render.border_min_x, render.border_max_x, render.border_min_y, render.border_max_y = 0.25, 0.75, 0.25, 0.75
-    yield from rendered()
+    yield from artist.rendered()
     shoot("region")
-    save_result("region")
+    artist.save_result("region")
     render.use_border = False
     yield from back()
 
@@ -283,7 +281,7 @@ def region():
 def animation():
     scene = bpy.context.scene
     scene.frame_start, scene.frame_end = 1, 3
-    before = everything_set()
+    before = artist.everything_set()
     bpy.ops.render.render("INVOKE_DEFAULT", animation=True)
     yield from until(rendering, 10)
     yield from until(lambda: not rendering())
@@ -296,7 +294,7 @@ def animation():
 def compare():
     """Compare with Cycles, and both slots, with the switch off: it shows what it would do."""
     settings().enabled = False
-    before = everything_set()
+    before = artist.everything_set()
     slots = bpy.data.images["Render Result"].render_slots
     bpy.ops.spectral_tiles.compare("INVOKE_DEFAULT")
     yield from until(lambda: not rendering() and slots.active.name == "Spectral Tiles")
@@ -308,7 +306,7 @@ def compare():
         redraw()
         yield from idle(0.5)
         shoot(f"slot_{name}")
-        save_result(name)
+        artist.save_result(name)
     slots.active_index = names.index("Cycles")
     press("j")
     yield from idle(0.5)
@@ -393,28 +391,28 @@ def off_and_on():
 def disable_while_rendering():
     """Disable the extension in the middle of a render, which goes on or ends, as does Blender."""
     bpy.context.scene.cycles.samples = 2048
-    press(F12)
+    press(artist.F12)
     yield from until(rendering, 10)
     yield from idle(2)
     bpy.ops.preferences.addon_disable(module="bl_ext.user_default.spectral_tiles")
     yield from idle(1)
-    yield from escape("seconds_to_cancel_disabled")
+    yield from artist.escape("seconds_to_cancel_disabled")
     yield from back()
     bpy.context.scene.cycles.samples = 1
-    yield from rendered()
-    save_result("disabled")
+    yield from artist.rendered()
+    artist.save_result("disabled")
     yield from back()
     bpy.ops.preferences.addon_enable(module="bl_ext.user_default.spectral_tiles")
 
 
 def render_and_cancel(name, seconds):
     """Pictures of a render after some seconds and of what is left when it is cancelled."""
-    press(F12)
+    press(artist.F12)
     yield from until(rendering, 10)
     yield from idle(seconds)
     shoot(name)
     note(**{f"{name}_was_rendering": rendering()})
-    yield from escape(f"seconds_to_cancel_{name}")
+    yield from artist.escape(f"seconds_to_cancel_{name}")
     yield from idle(1)
     shoot(f"{name}_cancelled")
     yield from back()
@@ -450,8 +448,8 @@ def in_order():
 
 
 STEPS = (
-    install, build_scene, tabs, panel, undo, presets, generate, refused, still, cancel, many, region, animation, compare,
-    bake, viewport, off_and_on, preview, disable_while_rendering, demo, in_order,
+    install, build_scene, tabs, panel, undo, presets, generate, refused, still, cancel, many, region, animation,
+    compare, bake, viewport, off_and_on, preview, disable_while_rendering, demo, in_order,
 )  # fmt: skip
 
 
