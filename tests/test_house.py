@@ -3,15 +3,12 @@
 
 import ast
 import importlib
-import itertools
 from pathlib import Path
 
 import pytest
 
 ROOT = Path(__file__).parent.parent
 WINGS = ("interface", "drivers", "farm", "picture", "plan", "cycles", "blender")
-#: Above all wings but the interface, which tells what the switch would do.
-ROOMS_ABOVE = {"switch": 1, "settings": 1, "__init__": 0}
 LONGEST = 400
 
 
@@ -84,9 +81,3 @@ def test_others_keep_to_public_names(folder):
 def test_no_file_is_long(folder):
     lengths = {path.name: len(path.read_text(encoding="utf-8").splitlines()) for path in modules(folder)}
     assert {name: length for name, length in lengths.items() if length > LONGEST} == {}
-
-
-def test_wings_are_those_of_the_folder():
-    found = {path.parent.name for path in (ROOT / "addon").glob("*/__init__.py")}
-    assert found == set(WINGS)
-    assert list(itertools.chain(ROOMS_ABOVE)) and (ROOT / "addon" / "switch.py").is_file()
