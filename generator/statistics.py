@@ -68,7 +68,8 @@ def empty_cells(points):
 
 def correlations(values):
     """Return the correlation matrix of the dimensions over all samples, shape (D, D) (section 2: to be avoided)."""
-    return np.atleast_2d(np.corrcoef(np.asarray(values, dtype=float).reshape(-1, values.shape[-1]).T))
+    with np.errstate(invalid="ignore", divide="ignore"):  # of a dimension that is constant: not a number
+        return np.atleast_2d(np.corrcoef(np.asarray(values, dtype=float).reshape(-1, values.shape[-1]).T))
 
 
 def summary(tile):
