@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """How Cycles is called: the methods, each a way from the description of a frame to a picture."""
 
-from cycles import CyclesRender
-
 from ..blender.refusal import Refused
 from ..cycles import session as cycles_session
 from ..farm import layers
@@ -18,10 +16,11 @@ def render(engine, depsgraph, render_by_cycles):
 
     Parameters
     ----------
-    engine : cycles.CyclesRender
+    engine : bpy.types.RenderEngine
+        Cycles'.
     depsgraph : bpy.types.Depsgraph
     render_by_cycles : callable
-        What renders where nothing is to be done: Cycles' own method, or what another add-on has put in its place.
+        `cycles.engine.render`, which renders where nothing is to be done.
 
     Raises
     ------
@@ -36,8 +35,7 @@ def render(engine, depsgraph, render_by_cycles):
     if chosen.refusals:
         raise Refused(chosen.refusals[0])
     method = _METHODS.get(chosen.method)
-    # Another add-on in Cycles' place wants to see one call, and the whole picture.
-    if method is None or render_by_cycles.__module__ != CyclesRender.__module__:
+    if method is None:
         name = layer.name
         render_by_cycles(engine, depsgraph)
         facts = layers.facts(described, name)
