@@ -30,8 +30,8 @@ FRAME_SCALES = SCALES | {0.0: 7.0}
 STEPS = 4000
 MOST_STEPS = 1_000_000
 MOST_FRAMES = 256
-MOST_POINTS = 1 << 20
-"""Pixels times samples or frames, at most: 1024 x 1024, or 256 x 256 of 16. A step takes seconds there and 3 GB."""
+MOST_POINTS = 1 << 18
+"""Pixels times samples or frames, at most: 512 x 512, or 128 x 128 of 16. A step takes seconds there and 1 GB."""
 
 LARGEST_WEIGHT = 1e6
 LARGEST_SIGMA = 1024.0
