@@ -53,6 +53,7 @@ REFUSED = [
     [*MAKE, "--size", "4096", "--samples", "2"],
     [*MAKE, "--size", "4096", "--method", "spectral"],
     [*MAKE, "--size", "128", "--method", "spectral", "--frames", "256", "--dims", "t,lens.u,lens.v,light.u,light.v"],
+    [*MAKE, "--size", "64", "--method", "spectral", "--frames", "65"],
     [*MAKE, "--method", "joint-scanning", "--candidates", "10000", "--samples", "64"],
     [*MAKE, "--method", "scanning", "--secondary", "101"],
     [*MAKE, "--method", "film-positions", "--dims", "film.x,film.y", "--candidates", "10000", "--samples", "1024"],
@@ -225,6 +226,7 @@ def test_long_work_tells_how_far_it_is_where_there_is_no_terminal(folder, capfd,
     assert capfd.readouterr().err.splitlines()[-1].startswith("generator: at 100 %")
 
 
+@pytest.mark.fuzz
 def test_pictures_of_the_smallest_tile(folder, capfd):
     pytest.importorskip("matplotlib")
     assert cli.main(["plot", "one.npz", "--out", "new"]) == 0
