@@ -17,7 +17,7 @@ from .methods import LARGEST_SEED, METHODS, make_tile
 from .plots import save_figures
 from .progress import ProgressBar
 from .scanning import MOST_CANDIDATES
-from .spectral import LARGEST_SIGMA, LARGEST_WEIGHT, MOST_FRAMES, MOST_POINTS, MOST_STEPS
+from .spectral import LARGEST_SIGMA, LARGEST_WEIGHT, MOST_FRAMES, MOST_POINTS, MOST_SIDE_TIMES_FRAMES, MOST_STEPS
 from .step_test import MOST_FUNCTIONS, SIGMAS
 from .tables import analysis_lines, comparison_lines, step_test_lines
 from .test_functions import KINDS
@@ -55,7 +55,7 @@ def _parser(program):
         parents=[summary],
         help="make a tile",
         epilog=f"Pixels, samples and dimensions together: at most {MOST_VALUES} numbers. The spectral method takes at "
-        f"most {MOST_POINTS} pixels times samples or frames.",
+        f"most {MOST_POINTS} pixels times samples or frames, and {MOST_SIDE_TIMES_FRAMES} pixels a side times frames.",
     )
     _add_whole(make, "--size", 1, LARGEST_SIDE, "side of the tile in pixels", 64)
     make.add_argument("--dims", default=",".join(DIMENSIONS[:5]), help="names, comma-separated (default %(default)s)")

@@ -30,8 +30,11 @@ FRAME_SCALES = SCALES | {0.0: 7.0}
 STEPS = 4000
 MOST_STEPS = 1_000_000
 MOST_FRAMES = 256
-MOST_POINTS = 1 << 20
-"""Pixels times samples or frames, at most: 1024 x 1024, or 256 x 256 of 16. A step takes seconds there and 3 GB."""
+MOST_POINTS = 1 << 18
+"""Pixels times samples or frames, at most: 512 x 512, or 128 x 128 of 16. A step takes seconds there and 1 GB."""
+
+MOST_SIDE_TIMES_FRAMES = 1 << 12
+"""Pixels a side times frames, at most, since every frame is looked at together with all others."""
 
 LARGEST_WEIGHT = 1e6
 LARGEST_SIGMA = 1024.0
@@ -146,6 +149,10 @@ def spectral(size, dims, samples, rng, frames=1, weights=None, scales=None, step
     if size * size * samples * frames > MOST_POINTS:
         raise ValueError(
             f"size: expected at most {MOST_POINTS} pixels times samples or frames, got {size} pixels a side"
+        )
+    if frames > 1 and size * frames > MOST_SIDE_TIMES_FRAMES:
+        raise ValueError(
+            f"frames: expected at most {MOST_SIDE_TIMES_FRAMES // size} of {size} pixels a side, got {frames}"
         )
     check_shape((size, size, samples * frames, len(dims)), len(dims))
     if scales is None:
