@@ -6,7 +6,17 @@ from ..cycles import session as cycles_session
 from ..farm import layers
 from . import checks, choice, frame, gather, in_place, rounds, steps, sub_frames
 
-__all__ = ["checks", "choice", "frame", "gather", "in_place", "render", "rounds", "steps", "sub_frames"]
+__all__ = [
+    "checks",
+    "choice",
+    "frame",
+    "gather",
+    "in_place",
+    "render",
+    "rounds",
+    "steps",
+    "sub_frames",
+]
 
 _METHODS = {"IN_PLACE": in_place, "GATHER": gather, "ROUNDS": rounds, "SUB_FRAMES": sub_frames}
 
