@@ -45,12 +45,16 @@ def build_scene():
 
 
 def cycles_as_it_is():
-    return vars(cycles.CyclesRender).copy(), vars(cycles.engine).copy(), sorted(vars(cycles))
+    """All functions of Cycles' class and of what it calls, and the names beside them."""
+    owners = (cycles.CyclesRender, cycles.engine)
+    functions = {(owner.__name__, key): value for owner in owners for key, value in vars(owner).items()
+                 if callable(value)}  # fmt: skip
+    return functions, sorted(vars(cycles)) + sorted(vars(cycles.engine))
 
 
 def assert_same(found, expected):
-    for theirs, before in zip(found, expected, strict=True):
-        assert theirs == before
+    assert [key for key, function in found[0].items() if function is not expected[0][key]] == []
+    assert found[0].keys() == expected[0].keys() and found[1] == expected[1]
 
 
 def copy_of_the_extension(name):
@@ -103,6 +107,7 @@ def test_nothing_to_gain_is_cycles_own_bit_for_bit(tmp_path):
     rendering.add_camera((0, -5, 5), (np.radians(45), 0, 0))
     rendering.add_plane(8, rendering.diffuse())
     rendering.add_light("SUN", 3, (0, 0, 4), angle=0.0)
+    scene.spectral_tiles.distribution = "EVEN"
     theirs, found = (rendering.render(tmp_path, engine, samples=64) for engine in rendering.ENGINES)
     assert found.keys() == theirs.keys()
     for name, pixels in theirs.items():
@@ -184,33 +189,48 @@ def test_twenty_times(extension, alone):
         assert_same(cycles_as_it_is(), alone)
 
 
-@pytest.mark.parametrize("owner", [cycles.CyclesRender, cycles.engine], ids=["class", "functions"])
-@pytest.mark.parametrize("order", ["our their our their", "our their their our", "their our our their",
-                                   "their our their our"])  # fmt: skip
-def test_with_another_wrapper(extension, alone, ours, owner, order):
+ORDERS = ("our their our their", "our their their our", "their our our their", "their our their our")
+
+
+@pytest.mark.parametrize("order", ORDERS)
+def test_with_another_wrapper(extension, alone, ours, order):
     """Both are called while they are there, whoever came first and goes first, over and over."""
-    scene, foreign = build_scene(), Foreign(owner)
+    scene, foreign = build_scene(), Foreign(cycles.CyclesRender)
     for _ in range(5):
-        here = set()
-        for who in order.split():
-            module = extension if who == "our" else foreign
-            if who in here:
-                module.unregister()
-                here.remove(who)
-            else:
-                module.register()
-                here.add(who)
+        for here in _steps(order, extension, foreign):
             before = len(ours), foreign.calls
             if "our" in here:
-                renders(scene)
-            else:
-                bpy.ops.render.render()
-            lost = owner is cycles.engine and order == "their our their our" and "our" in here and who == "their"
-            assert len(ours) - before[0] == ("our" in here and not lost)
+                scene.spectral_tiles.enabled = True
+            bpy.ops.render.render()
+            assert len(ours) - before[0] == ("our" in here)
             assert foreign.calls - before[1] == ("their" in here)
+        assert_same(cycles_as_it_is(), alone)
+
+
+@pytest.mark.parametrize("order", ORDERS)
+def test_with_another_wrapper_in_our_own_place(extension, alone, order):
+    """Cycles renders at every step, and is as it was once both are gone, for good."""
+    foreign = Foreign(cycles.engine)
+    build_scene()
+    for _ in range(5):
+        for _ in _steps(order, extension, foreign):
+            bpy.ops.render.render()
     extension.register()
     extension.unregister()
     assert_same(cycles_as_it_is(), alone)
+
+
+def _steps(order, extension, foreign):
+    """Who is there, after each one's coming or going."""
+    here = set()
+    for who in order.split():
+        module = extension if who == "our" else foreign
+        if who in here:
+            module.unregister()
+        else:
+            module.register()
+        here ^= {who}
+        yield here
 
 
 @pytest.mark.parametrize("first", [0, 1])
