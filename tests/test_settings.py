@@ -3,7 +3,9 @@
 
 import pytest
 
-bpy = pytest.importorskip("bpy")
+pytest.importorskip("bpy")
+
+import bpy
 
 from tests import rendering
 

@@ -9,8 +9,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-bpy = pytest.importorskip("bpy")
+pytest.importorskip("bpy")
 
+import bpy
 import cycles
 
 from addon import drivers

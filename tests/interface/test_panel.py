@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What the panel says and offers: the sentence, presets, the comparison with Cycles, patterns made in the background."""
+"""What the panel says and offers: the sentence, presets, the comparison with Cycles, patterns made meanwhile."""
 
 import os
 
