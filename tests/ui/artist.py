@@ -79,10 +79,20 @@ def full_screen(name, seconds=1.0):
     with looking_at("PROPERTIES"):
         bpy.ops.screen.screen_full_area()
     yield from idle(seconds)
+    redraw()  # panels have their new heights only in the next drawing
+    yield from idle(0.5)
     shoot(name)
     with looking_at("PROPERTIES"):
         bpy.ops.screen.back_to_previous()
     yield from idle(0.3)
+
+
+def beside(name):
+    """Take a picture of the properties beside the 3D view, as wide as people have them."""
+    for _ in range(2):
+        redraw()
+        yield from idle(0.5)
+    shoot(name)
 
 
 def rendered():
@@ -128,7 +138,7 @@ def plain_properties(data, depth=3):
     """All plain properties of data of Blender's, and of what belongs to it, by path."""
     found = {}
     for prop in data.bl_rna.properties:
-        if prop.identifier in {"rna_type", "is_evaluated", "animation_data", "original", "depsgraph"}:
+        if prop.identifier in {"rna_type", "is_evaluated", "animation_data", "original", "depsgraph", "session_uid"}:
             continue
         value = getattr(data, prop.identifier)
         if prop.type in {"BOOLEAN", "INT", "FLOAT", "STRING", "ENUM"}:

@@ -126,13 +126,13 @@ def panel():
         return {"method": how.method, "sentence": forecast.sentence(scene, layer), "refusals": how.refusals,
                 "differences": how.differences}  # fmt: skip
 
-    yield from artist.full_screen("panel_on")
+    yield from artist.beside("panel_on")
     note(told_on=told())
     settings().enabled = False
-    yield from artist.full_screen("panel_off")
+    yield from artist.beside("panel_off")
     settings().enabled = True
     settings().method = "GATHER"
-    yield from artist.full_screen("panel_refused")
+    yield from artist.beside("panel_refused")
     note(told_of_gather=told())
     # As it is where there is Open Shading Language, which Debian's Blender lacks.
     checks = module("drivers.gather").CHECKS
@@ -144,11 +144,11 @@ def panel():
     settings().filter = "MITCHELL_NETRAVALI"
     yield from artist.full_screen("panel_filter")
     settings().filter, settings().pattern, settings().method = "AS_CYCLES", "AUTO", "SUB_FRAMES"
-    yield from artist.full_screen("panel_sub_frames")
+    yield from artist.beside("panel_sub_frames")
     settings().method = "AUTO"
     module("drivers.gather").CHECKS = checks
     scene.cycles.samples = 1024
-    yield from artist.full_screen("panel_many_samples")
+    yield from artist.beside("panel_many_samples")
     note(told_of_many_samples=told())
     scene.cycles.samples = 1
     scene.cycles.use_denoising = True
