@@ -85,9 +85,7 @@ class Growing:
         self.session.set_sampling(use_sample_subset=True, sample_offset=0, sample_subset_length=count)
         found = self.session.call(then_rectangles=True)
         width, height = self.size
-        self.sums = Accumulation(
-            self.size, passes.kinds(self.session.original_layer, {name for name, _ in found})
-        )
+        self.sums = Accumulation(self.size, passes.kinds(self.session.original_layer, {name for name, _ in found}))
         everything = Rectangle(0, 0, width, height)
         found = {key: pixels.reshape(height, width, -1) for key, pixels in found.items()}
         self.sums.add(everything.part, found, 0, count)

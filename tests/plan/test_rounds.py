@@ -6,8 +6,8 @@ import pytest
 
 from addon.plan import rates, rounds
 from addon.plan.costs import Costs
-from addon.plan.rounds import Goal
 from addon.plan.rates import Squares
+from addon.plan.rounds import Goal
 
 WIDTH, HEIGHT = 72, 40
 SIZE = WIDTH, HEIGHT
@@ -122,11 +122,13 @@ def test_where_all_pixels_are_alike_they_go_on_together():
 
 
 def test_a_threshold_bounds_the_error_that_cycles_measures():
-    threshold = 0.02
-    picture = rendered(Goal(4096, threshold=threshold), 1, fireflies=np.zeros_like(FIREFLIES))
-    error = rates.cycles_error(picture.mean, picture.half)
-    assert np.sqrt(np.square(error)[REGIONS["noisy"]].mean()) < threshold
-    assert picture.counts[X < 20].mean() == 16
+    inside, quiet = X > 48, X < 20
+    for threshold, most in ((0.8, 16), (0.1, 128), (0.03, 512)):
+        picture = rendered(Goal(4096, threshold=threshold), 1, fireflies=np.zeros_like(FIREFLIES))
+        error = np.sqrt(np.square(rates.cycles_error(picture.mean, picture.half))[inside].mean())
+        taken = picture.counts[inside].max()
+        assert taken <= most and error < threshold * np.sqrt(taken / 16)
+        assert (picture.counts[quiet] == 16).all()
 
 
 @pytest.mark.parametrize("goal", [Goal(1024, threshold=0.0), Goal(24, threshold=1e-6), Goal(20, threshold=0.0)])
