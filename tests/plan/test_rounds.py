@@ -16,7 +16,7 @@ CALL, SAMPLE = 1e-6, 1e-6
 
 # Two flat areas with an edge between them: quiet, and noisy; fireflies in a corner of the quiet one.
 X, Y = np.meshgrid(np.arange(WIDTH), np.arange(HEIGHT))
-LIGHT = np.where(X < 35, 0.5, 0.2)
+LIGHT = np.where(X < 35, 0.5, 0.3)
 NOISE = np.where(X < 35, 0.02, 0.5)
 FIREFLIES = (X < 20) & (Y > 25)
 CHANCE, FLASH = 0.002, 30.0
