@@ -110,7 +110,7 @@ def _real(options: argparse.Namespace) -> str:
         options.reference_samples,
         20 if options.quick else options.reference_seconds,
         options.native_only,
-        options.anew,
+        options.old_times,
         tuple(options.options),
     )
     return real.report(options.folder, options.files, effort, options.json, options.page)
@@ -268,7 +268,7 @@ def _parser() -> argparse.ArgumentParser:
     files.add_argument("--seeds", type=int, default=1, help="pictures at each setting")
     files.add_argument("--repeats", type=int, default=1, help="how often each picture is rendered, for its time")
     files.add_argument("--native-only", action="store_true", help="leave ours out")
-    files.add_argument("--anew", action="store_true", help="time Cycles again beside ours, on the machine as it is now")
+    files.add_argument("--old-times", action="store_true", help="Cycles' renders from any earlier run, not beside ours")
     files.add_argument("--json", type=Path, metavar="FILE", help="write all figures")
     files.add_argument("--page", type=Path, metavar="DIR", help="write a page with crops at equal time")
     files.add_argument(

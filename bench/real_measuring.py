@@ -43,8 +43,9 @@ class Effort:
         Largest samples a pixel of each half of a reference, and the processor time that it should not exceed by much.
     native_only : bool
         Leave ours out.
-    anew : bool
-        Time native Cycles again beside this state of ours.
+    old_times : bool
+        Take native Cycles' renders from any earlier run, not from beside this state of ours: half the renders, but
+        times of a machine that may have been busier or idler.
     options : tuple of (str, str)
         Settings of ours by name.
     """
@@ -57,13 +58,19 @@ class Effort:
     reference_samples: int = 1024
     reference_seconds: int = 60
     native_only: bool = False
-    anew: bool = False
+    old_times: bool = False
     options: tuple[tuple[str, str], ...] = ()
+
+    @property
+    def beside(self) -> str:
+        """What of ours native renders are timed beside, empty for none."""
+        if self.native_only or self.old_times:
+            return ""
+        return "_".join((engine_state(), *(f"{name}_{value}" for name, value in self.options)))
 
     def renders(self) -> list[Render]:
         """Return the measured renders of a file, native and ours in turn; who goes first changes from pair to pair."""
         settings = [(EVEN, count) for count in self.samples] + [(THRESHOLD, each) for each in self.thresholds]
-        beside = engine_state() if self.anew else ""
         found = []
         for repeat in range(self.repeats):
             for seed in range(1, self.seeds + 1):
@@ -71,7 +78,7 @@ class Effort:
                     for rule, value in settings:
                         what = (rule, value, denoise, seed, repeat)
                         pair = [
-                            Render(NATIVE, *what, beside=beside),
+                            Render(NATIVE, *what, beside=self.beside),
                             Render(OURS, *what, options=self.options),
                         ]
                         found += pair if len(found) // 2 % 2 == 0 else pair[::-1]

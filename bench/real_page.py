@@ -93,9 +93,10 @@ def _contenders(
     samples = min(effort.samples, key=lambda count: abs(count - _SAMPLES))
     wanted = f"{EVEN} {samples:g}"
     time = found[engine, mode, wanted].processor
-    renders = {EVEN: Render(NATIVE, EVEN, _samples_in(found, mode, time), denoise)}
+    renders = {EVEN: Render(NATIVE, EVEN, _samples_in(found, mode, time), denoise, beside=effort.beside)}
     if effort.thresholds:
-        renders[THRESHOLD] = Render(NATIVE, THRESHOLD, _threshold_in(found, mode, time), denoise)
+        threshold = _threshold_in(found, mode, time)
+        renders[THRESHOLD] = Render(NATIVE, THRESHOLD, threshold, denoise, beside=effort.beside)
     shown = []
     for rule, render in renders.items():
         shown.append(_shown(f"{_NAMES[rule]} {render.value:g}", rendered(file, effort.width, render), halves))

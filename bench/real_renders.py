@@ -62,7 +62,7 @@ class Render:
     options : tuple of (str, str)
         Settings of ours that are not the default, by their names in ``scene.spectral_tiles``.
     beside : str
-        State of our engine beside which a native render was timed anew, empty if that does not matter.
+        What of ours a native render is timed beside, empty if that does not matter.
     """
 
     engine: str
