@@ -25,6 +25,11 @@ def report(folder: Path, names: Sequence[str], effort: Effort, json_file: Path |
         Receives all figures.
     page : Path or None
         Folder of a page with crops.
+
+    Raises
+    ------
+    ValueError
+        There are no such files, or none of them could be measured.
     """
     files = blend_files(folder, names)
     outcome = measure(files, effort)
@@ -35,7 +40,7 @@ def report(folder: Path, names: Sequence[str], effort: Effort, json_file: Path |
         known = {"files": outcome.figures, "left_out": outcome.left_out, "faults": outcome.faults}
         json_file.write_text(json.dumps({"width": effort.width, "ours": engine_state(), **known}, indent=1))
     if not outcome.figures:
-        return "\n".join(["No file could be measured.", *notes])
+        raise ValueError("\n".join(["no file could be measured", *notes]))
     made = parts(outcome.figures)
     about = _about(outcome, effort)
     if page:

@@ -96,14 +96,14 @@ class Effort:
         file : SceneFile
         seconds_per_sample : float
             Processor time of a sample in every pixel. It varies from run to run, so halves that are there count if they
-            have at least half as many samples as it allows.
+            have at least a quarter of the samples that it allows.
         """
         counts = self.counts_of_references()
         allowed = next((count for count in counts if count * seconds_per_sample <= self.reference_seconds), counts[-1])
         there = (
             count
             for count in counts
-            if count >= allowed // 2 and all(cached(file, self.width, half) for half in self.references(count))
+            if count >= allowed // 4 and all(cached(file, self.width, half) for half in self.references(count))
         )
         return next(there, allowed)
 

@@ -238,12 +238,9 @@ def test_files_that_cycles_cannot_render_are_told(cache, folder, monkeypatch):
     assert "Left out: one: why not" in text
     assert list(json.loads((folder / "out" / "figures.json").read_text())["files"]) == ["inside/two"]
     worker.brightness = 0.0
-    assert "Left out: one: its picture is black" in real.report(folder, ["one"], _black(worker), None, None)
-
-
-def _black(worker):
     worker.code = lambda blend, render: 0
-    return replace(SMALL, native_only=True)
+    with pytest.raises(ValueError, match="Left out: one: its picture is black"):
+        real.report(folder, ["one"], replace(SMALL, native_only=True), None, None)
 
 
 def test_ours_that_fails_is_a_fault_and_none_that_cannot_be_switched_on_is_measured(cache, folder, monkeypatch):
