@@ -3,7 +3,7 @@
 
 import statistics
 from collections.abc import Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, field
 
 import numpy as np
 from scipy.ndimage import gaussian_filter
@@ -17,6 +17,9 @@ BRIGHTEST = 4.0
 
 #: Mean squares below this are nothing: what rounding leaves of a picture without noise.
 NOTHING = 1e-9
+
+#: Pixels a side of the squares whose errors are compared to tell what of a ratio is chance.
+_SQUARE = 16
 
 #: Native Cycles by its better way for the file.
 BETTER = "better"
@@ -36,6 +39,8 @@ class Measured:
         Mean square error at each of `SIGMAS`.
     broken : int
         Values that are not finite, in all pictures together.
+    squares : ndarray, shape (sigmas, squares)
+        Mean square errors in squares of the picture.
     """
 
     wall: float
@@ -43,6 +48,11 @@ class Measured:
     peak: float
     errors: tuple[float, ...]
     broken: int
+    squares: np.ndarray = field(compare=False)
+
+    def told(self) -> dict:
+        """Return all but the squares, as JSON can hold it."""
+        return {name: value for name, value in vars(self).items() if name != "squares"}
 
 
 #: Renderer, mode and setting to what was measured.
@@ -67,12 +77,13 @@ def measurements(results: Sequence[tuple[Render, Result]], halves: Sequence[np.n
         pictures = [result.pixels() for render, result in group if not render.repeat]
         if not pictures:  # they failed, though their repeats did not
             continue
-        errors = np.mean([errors_of(seen(pixels), halves) for pixels in pictures], axis=0)
+        errors = np.mean([error_maps(seen(pixels), halves) for pixels in pictures], axis=0)
         costs = [
             statistics.median(getattr(result, name) for _, result in group) for name in ("wall", "processor", "peak")
         ]
         broken = sum(int(np.count_nonzero(~np.isfinite(pixels))) for pixels in pictures)
-        found[key] = Measured(*costs, tuple(float(error) for error in errors), broken)
+        means = tuple(float(np.mean(error)) for error in errors)
+        found[key] = Measured(*costs, means, broken, np.array([_squares(error) for error in errors]))
     return found
 
 
@@ -87,8 +98,8 @@ def seen(pixels: np.ndarray) -> np.ndarray:
     return np.clip(np.nan_to_num(pixels @ LUMINANCE, nan=0.0), 0.0, BRIGHTEST)
 
 
-def errors_of(picture: np.ndarray, halves: Sequence[np.ndarray]) -> list[float]:
-    """Return the mean square error at each of `SIGMAS`, free of the reference's own noise on average.
+def error_maps(picture: np.ndarray, halves: Sequence[np.ndarray]) -> list[np.ndarray]:
+    """Return each pixel's square error at each of `SIGMAS`, free of the reference's own noise on average.
 
     The errors against the two halves are multiplied: their noises are independent, so that the product's mean has none.
 
@@ -100,11 +111,18 @@ def errors_of(picture: np.ndarray, halves: Sequence[np.ndarray]) -> list[float]:
         Two independent converged pictures, as `seen`.
     """
     differences = [picture.astype(np.float64) - half for half in halves]
-    errors = []
+    maps = []
     for sigma in SIGMAS:
         first, second = (gaussian_filter(each, sigma) if sigma else each for each in differences)
-        errors.append(float(np.mean(first * second)))
-    return errors
+        maps.append(first * second)
+    return maps
+
+
+def _squares(error: np.ndarray) -> np.ndarray:
+    """Return the means over squares of a map of errors; what does not fill a square at the far edges is left out."""
+    edge = min(_SQUARE, *(side // 2 for side in error.shape))
+    height, width = (side // edge for side in error.shape)
+    return error[: height * edge, : width * edge].reshape(height, edge, width, edge).mean((1, 3)).ravel()
 
 
 def noise_of(halves: Sequence[np.ndarray]) -> list[float]:
@@ -119,6 +137,19 @@ def ratio(ours: float, theirs: float) -> float | None:
     if theirs <= NOTHING:
         return None if ours <= NOTHING else float("inf")
     return max(ours, 0.0) / theirs
+
+
+def spread(ours: np.ndarray, theirs: np.ndarray) -> float:
+    """Return the standard error of a ratio of errors, from the errors in squares of the picture.
+
+    Squares count as independent; how much they differ in what there is to see counts as chance only as far as their
+    ratios differ, too.
+    """
+    mean = theirs.mean()
+    if mean <= NOTHING or len(ours) < 2:
+        return 0.0
+    deviations = ours - ours.mean() / mean * theirs
+    return float(deviations.std(ddof=1) / np.sqrt(len(ours)) / mean)
 
 
 def curves(found: Measurements, engine: str, mode: str, sigma: int) -> dict[str, Curve]:
@@ -159,8 +190,8 @@ def file_figures(found: Measurements, pixels: int, reference_noise: Sequence[flo
     dict
         ``pixels`` and ``reference_noise`` as given;
         ``measured``: renderer -> mode -> setting -> `Measured`. And of ours over native Cycles':
-        ``same_settings``: mode -> setting -> ``errors`` (at each of `SIGMAS`), ``processor``, ``wall``,
-        ``bytes_per_pixel`` (a difference);
+        ``same_settings``: mode -> setting -> ``errors`` and their standard errors, ``spreads`` (at each of
+        `SIGMAS`), ``processor``, ``wall``, ``bytes_per_pixel`` (a difference);
         ``time_to_error``: mode -> setting of native -> for each of `SIGMAS`: by which of native's ways (`EVEN`,
         `THRESHOLD`, `BETTER`) -> the processor time of our better way to the error that native Cycles leaves at that
         setting, over native's time, with ``value``, ``beyond`` and ``way``;
@@ -171,12 +202,13 @@ def file_figures(found: Measurements, pixels: int, reference_noise: Sequence[flo
     figures = {"pixels": pixels, "reference_noise": list(reference_noise)}
     figures |= {"measured": {}, "same_settings": {}, "time_to_error": {}, "equal_time": {}}
     for (engine, mode, setting), each in found.items():
-        figures["measured"].setdefault(engine, {}).setdefault(mode, {})[setting] = asdict(each)
+        figures["measured"].setdefault(engine, {}).setdefault(mode, {})[setting] = each.told()
         if engine != OURS or (NATIVE, mode, setting) not in found:
             continue
         native = found[NATIVE, mode, setting]
         figures["same_settings"].setdefault(mode, {})[setting] = {
             "errors": [ratio(*pair) for pair in zip(each.errors, native.errors, strict=True)],
+            "spreads": [spread(*pair) for pair in zip(each.squares, native.squares, strict=True)],
             "processor": each.processor / native.processor,
             "wall": each.wall / native.wall,
             "bytes_per_pixel": (each.peak - native.peak) / pixels,

@@ -12,7 +12,7 @@ from scipy.ndimage import gaussian_filter
 from bench.crops import EDGE, write_crop
 from bench.document import Heading, Part, Pictures, page
 from bench.jobs import RenderFailed
-from bench.real_figures import Measurements, errors_of, seen
+from bench.real_figures import Measurements, error_maps, seen
 from bench.real_measuring import Effort, Outcome
 from bench.real_renders import DENOISED, EVEN, NATIVE, OURS, RAW, THRESHOLD, Render, Result, rendered
 from bench.scene_files import SceneFile
@@ -111,10 +111,8 @@ def _contenders(
 
 
 def _shown(name: str, result: Result, halves: Sequence[np.ndarray]) -> Shown:
-    picture = seen(result.pixels())
-    error = errors_of(picture, halves)[0]
-    label = f"{name}: {result.processor:.1f} s, error {error:.1e}"
-    return Shown(label, result, (picture - halves[0]) * (picture - halves[1]))
+    error = error_maps(seen(result.pixels()), halves)[0]
+    return Shown(f"{name}: {result.processor:.1f} s, error {error.mean():.1e}", result, error)
 
 
 def _samples_in(found: Measurements, mode: str, time: float) -> int:

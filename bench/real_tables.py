@@ -19,15 +19,27 @@ WORSE = 1.0
 
 @dataclass(frozen=True)
 class Ratio:
-    """Ours over native Cycles' in one file at one setting, and whether it is an estimate beyond what was measured."""
+    """Ours over native Cycles' in one file at one setting.
+
+    Attributes
+    ----------
+    value : float
+    file, setting : str
+    beyond : bool
+        Whether it is an estimate beyond what was measured.
+    spread : float or None
+        Standard error, if known.
+    """
 
     value: float
     file: str
     setting: str
     beyond: bool = False
+    spread: float | None = None
 
     def __str__(self) -> str:
-        return f"{'~' if self.beyond else ''}{self.value:.2f}"
+        spread = "" if self.spread is None else f"±{self.spread:.2f}"
+        return f"{'~' if self.beyond else ''}{self.value:.2f}{spread}"
 
 
 @dataclass(frozen=True)
@@ -65,13 +77,13 @@ class Files:
                 continue
             if kind == "same_settings":
                 one = known["errors"][index]
-                one = None if one is None else {"value": one}
+                one = None if one is None else {"value": one, "spread": known["spreads"][index]}
             else:
                 one = known[index]
                 if kind == "time_to_error":
                     one = (one or {}).get(way)
             if one is not None:
-                found.append(Ratio(one["value"], name, setting, one.get("beyond", False)))
+                found.append(Ratio(one["value"], name, setting, one.get("beyond", False), one.get("spread")))
         return found
 
     def costs(self, cost: str, mode: str, setting: str) -> list[Ratio]:
@@ -96,7 +108,7 @@ def parts(figures: dict[str, dict]) -> list[Part]:
         Heading("Time to equal error", TIME_TEXT),
         *(_overview(files, "time_to_error", caption, way) for caption, way in _WAYS),
         *(_by_file(files, "time_to_error", *measure) for measure in _SHOWN),
-        Heading("Error at the same settings", "Mean square error of ours over Cycles' with the same settings."),
+        Heading("Error at the same settings", SAME_SETTINGS_TEXT),
         _overview(files, "same_settings", "All files, median / worst"),
         *(_by_file(files, "same_settings", *measure) for measure in _SHOWN),
         Heading("Error in the same time", SAME_TIME_TEXT),
@@ -113,6 +125,10 @@ TIME_TEXT = (
     "Processor time of ours, by its better way (even samples or noise threshold), to the error that Cycles leaves at "
     "each setting, over Cycles' time to it. Between measured settings time and error are interpolated in their "
     "logarithms; ~ marks what lies beyond them; inf: not reached within four times the longest render."
+)
+
+SAME_SETTINGS_TEXT = (
+    "Mean square error of ours over Cycles', with the standard error that the errors in squares of the picture tell."
 )
 
 SAME_TIME_TEXT = (

@@ -12,7 +12,7 @@ import pytest
 from bench import real, real_renders
 from bench.equal_error import Curve
 from bench.jobs import engine_state
-from bench.real_figures import Measured, errors_of, file_figures, noise_of, ratio, seen
+from bench.real_figures import Measured, error_maps, file_figures, noise_of, ratio, seen, spread
 from bench.real_measuring import Effort, measure
 from bench.real_page import _samples_in, _spot, _threshold_in
 from bench.real_renders import (
@@ -38,7 +38,7 @@ SMALL = Effort(width=8, samples=(1, 4), thresholds=(0.1,), reference_samples=16)
 def test_error_is_free_of_the_references_noise():
     noise = np.random.default_rng(1).normal(size=(3, 256, 256)) * np.array((0.1, 0.2, 0.2))[:, None, None]
     picture, *halves = 1.0 + noise
-    unfiltered, filtered, _ = errors_of(picture, halves)
+    unfiltered, filtered, _ = (error.mean() for error in error_maps(picture, halves))
     assert unfiltered == pytest.approx(0.01, rel=0.05)
     assert noise_of(halves)[0] == pytest.approx(0.04, rel=0.05)
     assert filtered == pytest.approx(0.01 / (4 * np.pi), rel=0.15)  # what a Gaussian of one pixel leaves of white noise
@@ -78,6 +78,15 @@ def test_ratio_where_nothing_is_left_to_chance():
     assert ratio(-1e-12, 1e-3) == 0.0
 
 
+def test_spread_of_a_ratio_is_that_of_repeated_renders():
+    random = np.random.default_rng(2)
+    scene = random.uniform(0.5, 2.0, size=500)  # what there is to see differs, and counts alike in both
+    ours, theirs = (scene * random.normal(1.0, 0.2, size=(400, 500)) for _ in range(2))
+    ratios = ours.mean(1) / theirs.mean(1)
+    assert spread(ours[0], theirs[0]) == pytest.approx(ratios.std(), rel=0.15)
+    assert spread(scene, 2.0 * scene) == pytest.approx(0.0, abs=1e-12)
+
+
 @pytest.fixture
 def measured():
     """Errors of .1 over time; thresholds take half of even samples' time, and ours half of both."""
@@ -92,7 +101,7 @@ def measured():
 
 
 def _measured(time, error):
-    return Measured(time / 2, time, 1000.0, (error, error / 10, error / 20), 0)
+    return Measured(time / 2, time, 1000.0, (error, error / 10, error / 20), 0, np.full((3, 4), error))
 
 
 def test_time_to_equal_error_of_a_file(measured):
@@ -315,5 +324,5 @@ def test_renders_of_real_files(cache, tmp_path, monkeypatch):
     one, sixteen = (cached(cube, 48, render).pixels() for render in effort.renders()[:2])
     truth = [cached(cube, 48, half).pixels() for half in effort.references(64)]
     assert one.shape == (27, 48, 3)
-    errors = [errors_of(seen(picture), [seen(half) for half in truth])[0] for picture in (one, sixteen)]
+    errors = [error_maps(seen(picture), [seen(half) for half in truth])[0].mean() for picture in (one, sixteen)]
     assert errors[1] < errors[0] / 4  # it is ours that took sixteen samples
