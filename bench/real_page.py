@@ -73,7 +73,7 @@ def _crops(file: SceneFile, mode: str, outcome: Outcome, effort: Effort, folder:
     shown = _contenders(file, mode, outcome, effort, halves)
     *rivals, subject = shown
     rival = min(rivals, key=lambda each: each.error.mean())
-    middle, gain = _spot(rival.error - subject.error)
+    middle, gain = spot(rival.error - subject.error)
     pictures = [*((each.label, each.result) for each in shown), ("Converged", outcome.references[file.name][0])]
     row = []
     for number, (label, result) in enumerate(pictures):
@@ -93,9 +93,9 @@ def _contenders(
     samples = min(effort.samples, key=lambda count: abs(count - _SAMPLES))
     wanted = f"{EVEN} {samples:g}"
     time = found[engine, mode, wanted].processor
-    renders = {EVEN: Render(NATIVE, EVEN, _samples_in(found, mode, time), denoise, beside=effort.beside)}
+    renders = {EVEN: Render(NATIVE, EVEN, samples_in(found, mode, time), denoise, beside=effort.beside)}
     if effort.thresholds:
-        threshold = _threshold_in(found, mode, time)
+        threshold = threshold_in(found, mode, time)
         renders[THRESHOLD] = Render(NATIVE, THRESHOLD, threshold, denoise, beside=effort.beside)
     shown = []
     for rule, render in renders.items():
@@ -115,7 +115,7 @@ def _shown(name: str, result: Result, halves: Sequence[np.ndarray]) -> Shown:
     return Shown(f"{name}: {result.processor:.1f} s, error {error.mean():.1e}", result, error)
 
 
-def _samples_in(found: Measurements, mode: str, time: float) -> int:
+def samples_in(found: Measurements, mode: str, time: float) -> int:
     """Return how many even samples Cycles takes in a processor time, which grows in proportion to them."""
     known = _native(found, mode, EVEN)
     times, counts = [each for _, each in known], [count for count, _ in known]
@@ -125,7 +125,7 @@ def _samples_in(found: Measurements, mode: str, time: float) -> int:
     return max(1, round((time - start) / slope)) if slope > 0.0 else counts[-1]
 
 
-def _threshold_in(found: Measurements, mode: str, time: float) -> float:
+def threshold_in(found: Measurements, mode: str, time: float) -> float:
     """Return the threshold with which Cycles takes about a processor time."""
     known = _native(found, mode, THRESHOLD)
     thresholds, times = np.log(np.array(known)).T
@@ -146,7 +146,7 @@ def _native(found: Measurements, mode: str, rule: str) -> list[tuple[float, floa
     return sorted(settings)
 
 
-def _spot(difference: np.ndarray) -> tuple[tuple[float, float], float]:
+def spot(difference: np.ndarray) -> tuple[tuple[float, float], float]:
     """Return where a crop differs most, in parts from the upper left, and by how much; rows are from the bottom."""
     smooth = gaussian_filter(difference, EDGE / 4)
     row, column = np.unravel_index(np.argmax(np.abs(smooth)), smooth.shape)

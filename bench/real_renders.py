@@ -183,7 +183,7 @@ def rendered(scene: SceneFile, width: int, render: Render) -> Result:
         "picture": None if render.repeat else str(path.with_suffix("")),
     }
     if render.engine == OURS:
-        order["extension"] = str(_extension())
+        order["extension"] = str(extension_copy())
     command = [sys.executable, "-m", "bench.real_worker", json.dumps(order)]
     try:
         done = subprocess.run(
@@ -200,7 +200,7 @@ def rendered(scene: SceneFile, width: int, render: Render) -> Result:
     return result
 
 
-def _extension() -> Path:
+def extension_copy() -> Path:
     """Return the folder of a copy of ours as it was when this command began, whatever is edited while it runs."""
     folder = CACHE / "extensions" / engine_state()
     if not folder.is_dir():

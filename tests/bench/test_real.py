@@ -14,7 +14,7 @@ from bench.equal_error import Curve
 from bench.jobs import engine_state
 from bench.real_figures import Measured, error_maps, file_figures, noise_of, ratio, seen, spread
 from bench.real_measuring import Effort, measure
-from bench.real_page import _samples_in, _spot, _threshold_in
+from bench.real_page import samples_in, spot, threshold_in
 from bench.real_renders import (
     DENOISED,
     EVEN,
@@ -144,11 +144,11 @@ def test_tables_of_cycles_alone(measured):
 
 
 def test_page_finds_settings_of_equal_time_and_where_errors_differ(measured):
-    assert _samples_in(measured, RAW, 23.0) == 23
-    assert _threshold_in(measured, RAW, np.sqrt(16.0 * 64.0)) == pytest.approx(np.sqrt(0.1 * 0.03), rel=0.02)
+    assert samples_in(measured, RAW, 23.0) == 23
+    assert threshold_in(measured, RAW, np.sqrt(16.0 * 64.0)) == pytest.approx(np.sqrt(0.1 * 0.03), rel=0.02)
     difference = np.zeros((200, 400))
     difference[40, 300] = -1.0
-    (x, y), gain = _spot(difference)
+    (x, y), gain = spot(difference)
     assert (x, y) == (pytest.approx(0.75, abs=0.03), pytest.approx(0.8, abs=0.03)) and gain < 0.0
 
 
@@ -314,7 +314,7 @@ def test_renders_of_real_files(cache, tmp_path, monkeypatch):
     files.mkdir()
     (extension / "addon").mkdir(parents=True)
     (extension / "addon" / "__init__.py").write_text(SWITCH)
-    monkeypatch.setattr(real_renders, "_extension", lambda: extension)
+    monkeypatch.setattr(real_renders, "extension_copy", lambda: extension)
     paths = [str(files / f"{name}.blend") for name in ("cube", "blind")]
     subprocess.run([sys.executable, "-c", FACTORY, *paths], check=True, capture_output=True)
     effort = Effort(width=48, samples=(1,), thresholds=(), reference_samples=64, options=(("samples", "16"),))
