@@ -6,7 +6,19 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 
-from bench import adaptive, demo, errors, filters, frames, paper, quality, report, scene_results, timing
+from bench import (
+    demo,
+    errors,
+    filters,
+    frames,
+    paper,
+    quality,
+    real,
+    real_measuring,
+    report,
+    scene_results,
+    timing,
+)
 from bench.jobs import AUTOMATIC, RenderFailed, Settings
 from bench.reference import QUICK_SAMPLES, SAMPLES
 from bench.scene_files import scene_file
@@ -51,7 +63,7 @@ def _timed(scenes: Sequence[str], settings: Settings, pairs: int) -> str:
 
 def _quality(options: argparse.Namespace) -> str:
     size = (256, 256) if options.quick else (512, 512)
-    settings = Settings(size=size, bounces=options.bounces, driver=options.driver, raw=options.raw)
+    settings = Settings(size=size, bounces=options.bounces, method=options.method, raw=options.raw)
     samples, seeds = ((1,), 2) if options.quick else (options.samples, options.seeds)
     scenes = [scene_file(name) for name in options.scenes]
     return quality.report(scenes, settings, samples, range(seeds), _reference_samples(options), options.native_only)
@@ -75,12 +87,6 @@ def _filters(options: argparse.Namespace) -> str:
     return filters.report(scenes, settings, options.samples, range(options.seeds), _reference_samples(options))
 
 
-def _adaptive(options: argparse.Namespace) -> str:
-    settings = Settings(size=(options.size, options.size), driver=options.driver)
-    scenes = [scene_file(name) for name in options.scenes]
-    return adaptive.report(scenes, settings, options.samples, range(options.seeds), _reference_samples(options))
-
-
 def _demo(options: argparse.Namespace) -> str:
     settings = Settings(samples=options.samples, size=tuple(options.size))
     return demo.make(scene_file(options.scene), settings, options.seed, options.reference_samples, options.out)
@@ -92,6 +98,22 @@ def _paper(options: argparse.Namespace) -> str:
     if options.readme:
         paper.write_readme(parts)
     return "\n\n".join(map(str, parts))
+
+
+def _real(options: argparse.Namespace) -> str:
+    effort = real_measuring.Effort(
+        options.width or (240 if options.quick else 640),
+        options.samples,
+        options.thresholds,
+        options.seeds,
+        options.repeats,
+        options.reference_samples,
+        20 if options.quick else options.reference_seconds,
+        options.native_only,
+        options.old_times,
+        tuple(options.options),
+    )
+    return real.report(options.folder, options.files, effort, options.json, options.page)
 
 
 def _report(options: argparse.Namespace) -> str:
@@ -130,6 +152,22 @@ def _counts(text: str) -> tuple[int, ...]:
     return counts
 
 
+def _thresholds(text: str) -> tuple[float, ...]:
+    """Parse comma-separated noise thresholds."""
+    thresholds = tuple(float(part) for part in text.split(","))
+    if not all(0.0 < each <= 1.0 for each in thresholds):
+        raise argparse.ArgumentTypeError("thresholds are above 0 and at most 1")
+    return thresholds
+
+
+def _option(text: str) -> tuple[str, str]:
+    """Parse NAME=VALUE."""
+    name, equals, value = text.partition("=")
+    if not (name.isidentifier() and equals):
+        raise argparse.ArgumentTypeError(f"not NAME=VALUE: {text}")
+    return name, value
+
+
 def _bounces(text: str) -> int | None:
     return None if text == "own" else int(text)
 
@@ -150,21 +188,19 @@ def _parser() -> argparse.ArgumentParser:
         description="Measure Spectral Tiles against Cycles; without a command, errors on the demo and wall times.",
     )
     parser.add_argument("--samples", type=_counts, default=(1, 2, 4), help="samples a pixel, as in 1,2,4")
-    parser.add_argument("--seeds", type=int, default=4, help="images of each engine and sample count")
+    parser.add_argument("--seeds", type=int, default=4, help="images of each and sample count")
     parser.add_argument("--pairs", type=int, default=5, help="pairs of timed processes")
     parser.set_defaults(run=_errors_and_times)
     commands = parser.add_subparsers(title="commands", metavar="COMMAND")
 
     driven = argparse.ArgumentParser(add_help=False)
-    driven.add_argument(
-        "--driver", choices=("AUTO", "GATHER", "IN_PLACE", "SUBRENDER"), default="AUTO", help="of our engine"
-    )
+    driven.add_argument("--method", choices=("GATHER", "IN_PLACE"), default="GATHER", help="of ours")
 
     over_scenes = commands.add_parser("quality", parents=[quick, driven], help="error ratios over all scenes")
     over_scenes.add_argument("--scenes", nargs="+", default=QUALITY, metavar="SCENE", help="names or .blend files")
     over_scenes.add_argument("--samples", type=_counts, default=(1, 2, 4, 16), help="samples a pixel, as in 1,2,4,16")
     over_scenes.add_argument("--bounces", type=_bounces, default=None, help="'own' (the scene's) or a number")
-    over_scenes.add_argument("--seeds", type=int, default=4, help="images of each engine and sample count")
+    over_scenes.add_argument("--seeds", type=int, default=4, help="images of each and sample count")
     over_scenes.add_argument("--raw", action="store_true", help="without control variates")
     over_scenes.add_argument("--native-only", action="store_true", help=f"only {AUTOMATIC} against Tabulated Sobol")
     over_scenes.set_defaults(run=_quality)
@@ -178,18 +214,12 @@ def _parser() -> argparse.ArgumentParser:
     few = argparse.ArgumentParser(add_help=False, parents=[quick])
     few.add_argument("--scenes", nargs="+", default=FEW, metavar="SCENE", help="names or .blend files")
     few.add_argument("--size", type=int, default=256, metavar="N", help="width and height in pixels")
-    few.add_argument("--seeds", type=int, default=4, help="images of each engine and sample count")
+    few.add_argument("--seeds", type=int, default=4, help="images of each and sample count")
 
     filtered = commands.add_parser("filters", parents=[few], help="samples shared by a filter's pixels against native")
     filtered.add_argument("--samples", type=_counts, default=(1, 2, 4), help="samples a pixel, as in 1,2,4")
     filtered.add_argument("--deviation", type=float, default=0.5, help="of the Gaussian, in pixels")
     filtered.set_defaults(run=_filters)
-
-    adapted = commands.add_parser(
-        "adaptive", parents=[few, driven], help="adaptive sampling against even rates, native"
-    )
-    adapted.add_argument("--samples", type=_counts, default=(2, 4), help="mean samples a pixel, as in 2,4")
-    adapted.set_defaults(run=_adaptive)
 
     times = commands.add_parser("times", help="wall time and memory against native")
     times.add_argument("--scenes", nargs="+", default=TIMED, metavar="SCENE", help="names or .blend files")
@@ -228,6 +258,38 @@ def _parser() -> argparse.ArgumentParser:
     paper_figures.add_argument("--readme", action="store_true", help="renew README's spectra and table too")
     paper_figures.set_defaults(run=_paper)
 
+    files = commands.add_parser("real", help="real .blend files: time to equal error, raw and denoised")
+    files.add_argument("folder", type=Path, metavar="FOLDER", help="with .blend files, also in folders inside")
+    files.add_argument("--files", nargs="+", default=(), metavar="NAME", help="of those in the folder, all if not told")
+    files.add_argument("--quick", action="store_true", help="small pictures and rough references")
+    files.add_argument("--width", type=int, metavar="N", help="of the pictures in pixels, 640 (240 with --quick)")
+    files.add_argument("--samples", type=_counts, default=(1, 4, 16, 64), help="samples a pixel, as in 1,4,16,64")
+    files.add_argument("--thresholds", type=_thresholds, default=(0.1, 0.03), help="noise thresholds, as in .1,.03")
+    files.add_argument("--seeds", type=int, default=1, help="pictures at each setting")
+    files.add_argument("--repeats", type=int, default=1, help="how often each picture is rendered, for its time")
+    files.add_argument("--native-only", action="store_true", help="leave ours out")
+    files.add_argument("--old-times", action="store_true", help="Cycles' renders from any earlier run, not beside ours")
+    files.add_argument("--json", type=Path, metavar="FILE", help="write all figures")
+    files.add_argument("--page", type=Path, metavar="DIR", help="write a page with crops at equal time")
+    files.add_argument(
+        "--reference-samples",
+        type=int,
+        default=real_measuring.Effort.reference_samples,
+        metavar="N",
+        help="largest samples a pixel of each half of a reference",
+    )
+    files.add_argument(
+        "--reference-seconds",
+        type=int,
+        default=real_measuring.Effort.reference_seconds,
+        metavar="S",
+        help=f"processor time of each half of a reference, but at least {real_measuring.FEWEST} samples a pixel",
+    )
+    files.add_argument(
+        "--set", dest="options", nargs="+", type=_option, default=(), metavar="NAME=VALUE", help="settings of ours"
+    )
+    files.set_defaults(run=_real)
+
     page = commands.add_parser("report", parents=[quick], help="one page: figures, curves and pictures against Cycles")
     page.add_argument("--out", type=Path, default=Path("out/report"), metavar="DIR", help="folder of page and pictures")
     page.add_argument(
@@ -243,7 +305,7 @@ def _parser() -> argparse.ArgumentParser:
     )
     page.add_argument("--lines", type=int, default=256, help="width and height of the pictures, 256")
     page.add_argument("--samples", type=_counts, default=(1, 2, 4, 8, 16), help="samples a pixel, as in 1,2,4,8,16")
-    page.add_argument("--seeds", type=int, default=4, help="images of each engine and sample count")
+    page.add_argument("--seeds", type=int, default=4, help="images of each and sample count")
     page.add_argument("--pairs", type=int, default=3, help="pairs of timed processes")
     page.add_argument("--readme", action="store_true", help="renew README's pictures and table too")
     page.set_defaults(run=_report, spectrum=(100,))

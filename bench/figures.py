@@ -11,10 +11,10 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from addon.cycles import random_numbers
-from addon.plan import arranged_plan
-from addon.cycles.scene_analysis import SceneUse
 from addon.blender.region import Region
+from addon.cycles import random_numbers
+from addon.cycles.scene_analysis import SceneUse
+from addon.plan import arranged_plan
 from generator import make_tile
 from generator.best_candidate import best_candidates
 from generator.periodogram import cylinder_power, mode_periodogram, pattern_periodogram

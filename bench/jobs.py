@@ -17,7 +17,7 @@ import numpy as np
 from bench.cache import CACHE
 from bench.scene_files import ROOT, SceneFile
 
-#: Native Cycles by its sampling pattern, and our engine.
+#: Native Cycles by its sampling pattern, and Cycles with the switch on.
 AUTOMATIC, TABULATED, TILES = "AUTOMATIC", "TABULATED_SOBOL", "SPECTRAL_TILES"
 NATIVE = (AUTOMATIC, TABULATED)
 
@@ -32,7 +32,7 @@ class Settings:
     Attributes
     ----------
     engine : str
-        `AUTOMATIC` or `TABULATED` (native Cycles with that pattern), or `TILES`.
+        `AUTOMATIC` or `TABULATED` (native Cycles with that pattern), or `TILES` (the switch on).
     samples : int
         Samples a pixel.
     size : tuple of int
@@ -41,8 +41,8 @@ class Settings:
         Total bounces allowed, None for the scene's own.
     tile : str
         What our engine follows: ``AUTO``, a shipped tile by its identifier, or a tile file's path.
-    driver : str
-        Of our engine, `spectral_tiles.driver`.
+    method : str
+        Of ours, `spectral_tiles.method`.
     first_sample : int
         Index of the first sample in native Cycles' sequence. Number 0 sits in the middle of its pixel; the others are
         anywhere in the pixel's filter.
@@ -52,10 +52,8 @@ class Settings:
         Whether the scene is brought to rest, and what counts as seeds elsewhere are the frames of its animation.
     gaussian : float
         Standard deviation in pixels of a Gaussian pixel filter, 0 for a box of one pixel.
-    budget : bool
-        Whether our engine spreads its samples over the picture as it sees fit.
     raw : bool
-        Whether our engine leaves in the noise that control variates would take out.
+        Whether the noise stays in that control variates would take out.
     """
 
     engine: str = AUTOMATIC
@@ -63,13 +61,12 @@ class Settings:
     size: tuple[int, int] = (512, 512)
     bounces: int | None = None
     tile: str = "AUTO"
-    driver: str = "AUTO"
+    method: str = "GATHER"
     first_sample: int = 0
     adaptive: bool = False
     denoise: bool = False
     still: bool = False
     gaussian: float = 0.0
-    budget: bool = False
     raw: bool = False
 
 
@@ -161,13 +158,13 @@ def result_path(scene: SceneFile, settings: Settings, name: str) -> Path:
         parts.append(f"tile_{hashlib.sha256(Path(settings.tile).read_bytes()).hexdigest()[:12]}")
     elif settings.tile != Settings.tile:
         parts.append(f"tile_{settings.tile}")
-    if settings.engine == TILES and settings.driver != Settings.driver:
-        parts.append(settings.driver.lower())
+    if settings.engine == TILES and settings.method != Settings.method:
+        parts.append(settings.method.lower())
     if settings.first_sample:
         parts.append(f"from_{settings.first_sample}")
     if settings.gaussian:
         parts.append(f"gaussian_{settings.gaussian}")
-    parts += [name for name in ("adaptive", "denoise", "budget", "raw") if getattr(settings, name)]
+    parts += [name for name in ("adaptive", "denoise", "raw") if getattr(settings, name)]
     return CACHE / "images" / blender_version() / f"{scene.name}-{scene.key}" / "-".join((*parts, name))
 
 

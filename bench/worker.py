@@ -88,31 +88,31 @@ def prepare(scene: bpy.types.Scene, settings: dict) -> None:
         bring_to_rest(scene)
     if settings["bounces"] is not None:
         cycles.max_bounces = settings["bounces"]
-    _use_engine(scene, settings["engine"], settings["samples"], settings["tile"], settings["driver"])
+    _use_engine(scene, settings["engine"], settings["tile"], settings["method"])
     if settings["engine"] == TILES:
         ours = scene.spectral_tiles
-        ours.animated_seed = settings["still"]
-        ours.control_variates = not settings["raw"]
-        ours.adaptive = "BUDGET" if settings["budget"] else "OFF"
+        ours.noise_reduction = not settings["raw"]
+        ours.distribution = "EVEN"
         ours.filter = "GAUSSIAN" if settings["gaussian"] else "AS_CYCLES"
         if settings["gaussian"]:
             ours.filter_width = 6.0 * settings["gaussian"]
     scene.cycles.samples = settings["first_sample"] + settings["samples"]
 
 
-def _use_engine(scene: bpy.types.Scene, engine: str, samples: int, tile: str, driver: str) -> None:
-    """Choose native Cycles with a sampling pattern, or our engine with a tile."""
+def _use_engine(scene: bpy.types.Scene, engine: str, tile: str, method: str) -> None:
+    """Choose native Cycles with a sampling pattern, or ours with a tile."""
+    scene.render.engine = "CYCLES"
     if engine == TILES:
-        scene.render.engine = TILES
-        scene.spectral_tiles.samples = samples
+        scene.spectral_tiles.enabled = True
         if tile.endswith(".npz"):
-            scene.spectral_tiles.tile_path = tile
+            scene.spectral_tiles.pattern_path = tile
             tile = "FILE"
-        scene.spectral_tiles.tile = tile
-        scene.spectral_tiles.driver = driver
+        scene.spectral_tiles.pattern = tile
+        scene.spectral_tiles.method = method
     else:
-        scene.render.engine = "CYCLES"
         scene.cycles.sampling_pattern = engine
+        if hasattr(scene, "spectral_tiles"):
+            scene.spectral_tiles.enabled = False
 
 
 def bring_to_rest(scene: bpy.types.Scene) -> None:
@@ -125,11 +125,9 @@ def bring_to_rest(scene: bpy.types.Scene) -> None:
 
 
 def set_seed(scene: bpy.types.Scene, seed: int) -> None:
-    """Seed whichever engine renders; with an animated seed it goes by the frame."""
+    """Seed the render; with an animated seed it goes by the frame."""
     if scene.cycles.use_animated_seed:
         scene.frame_set(seed)
-    elif scene.render.engine == TILES:
-        scene.spectral_tiles.seed = seed
     else:
         scene.cycles.seed = seed
 

@@ -8,6 +8,7 @@ import numpy as np
 
 from addon.blender import openimageio
 
+#: Cycles by itself, and with the switch on.
 ENGINES = ("CYCLES", "SPECTRAL_TILES")
 
 
@@ -20,7 +21,7 @@ def empty_scene(width=32, height=32):
     scene.cycles.samples = 1
     scene.cycles.use_adaptive_sampling = False
     scene.cycles.use_denoising = False
-    scene.cycles.use_animated_seed = scene.spectral_tiles.animated_seed = False
+    scene.cycles.use_animated_seed = False
     scene.cycles.pixel_filter_type = "BOX"
     scene.view_settings.view_transform = "Standard"
     return scene
@@ -160,9 +161,8 @@ def render(folder, engine, samples=1, seed=0):
         "<layer>.<pass>" -> (height, width, channels), rows from the top.
     """
     scene = bpy.context.scene
-    scene.render.engine = engine
-    scene.cycles.samples = scene.spectral_tiles.samples = samples
-    scene.cycles.seed = scene.spectral_tiles.seed = seed
+    scene.render.engine, scene.spectral_tiles.enabled = "CYCLES", engine == "SPECTRAL_TILES"
+    scene.cycles.samples, scene.cycles.seed = samples, seed
     settings = scene.render.image_settings
     settings.media_type = "MULTI_LAYER_IMAGE"
     settings.file_format = "OPEN_EXR_MULTILAYER"

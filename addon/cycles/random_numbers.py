@@ -97,10 +97,11 @@ def hash_hp(i):
     return i ^ 0xE6FE3BEB
 
 
-def _hash_uint(key):
-    """`hash_uint()` of one integer, Jenkins' final mix (util/hash.h)."""
-    a = b = c = (0xDEADBEEF + (1 << 2) + 13) & _MASK
-    a = (a + key) & _MASK
+def _hash_uint(*keys):
+    """`hash_uint()` of one integer, `hash_uint2()` of two: Jenkins' final mix (util/hash.h)."""
+    a = b = c = (0xDEADBEEF + (len(keys) << 2) + 13) & _MASK
+    a = (a + keys[0]) & _MASK
+    b = (b + sum(keys[1:])) & _MASK
 
     def rotate(x, k):
         return ((x << k) | (x >> (32 - k))) & _MASK
@@ -113,6 +114,26 @@ def _hash_uint(key):
     b = ((b ^ a) - rotate(a, 14)) & _MASK
     c = ((c ^ b) - rotate(b, 24)) & _MASK
     return c
+
+
+def animated_seed(seed, frame, subframe=0.0):
+    """Seed that Cycles renders a frame with where *Animated Seed* is on (`BlenderSync::sync_integrator`).
+
+    Parameters
+    ----------
+    seed, frame : int
+    subframe : float
+        In [0, 1).
+
+    Returns
+    -------
+    int
+        In [0, 2**32): the bits of Cycles' signed seed.
+    """
+    found = _hash_uint(frame & _MASK, seed & _MASK)
+    if subframe != 0.0:
+        found += _hash_uint(int(np.float32(subframe) * np.float32(2**31 - 1)) & _MASK, seed & _MASK)
+    return found & _MASK
 
 
 def owen_reversed(n, seed):

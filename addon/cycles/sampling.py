@@ -3,6 +3,7 @@
 
 from dataclasses import dataclass
 
+from .random_numbers import animated_seed
 from .session import LARGEST
 
 
@@ -24,8 +25,11 @@ class Sampling:
     time_limit : float
         Seconds of a render; 0 for none.
     seed : int
+        As the user set it.
     frame : int or None
         The frame that the pattern changes with; None if it does not.
+    frame_seed : int
+        That Cycles renders the frame with.
     """
 
     samples: int
@@ -36,6 +40,7 @@ class Sampling:
     time_limit: float
     seed: int
     frame: int | None
+    frame_seed: int
 
     @classmethod
     def of_layer(cls, scene, layer):
@@ -58,6 +63,9 @@ class Sampling:
             time_limit=settings.time_limit,
             seed=settings.seed,
             frame=scene.frame_current if settings.use_animated_seed else None,
+            frame_seed=animated_seed(settings.seed, scene.frame_current, scene.frame_subframe)
+            if settings.use_animated_seed
+            else settings.seed,
         )
 
     @property
@@ -70,28 +78,28 @@ class Sampling:
         """Whether every pixel takes all samples, however long that may take."""
         return self.threshold is None and not self.time_limit
 
-    @property
-    def frame_seed(self):
-        """Seed of this frame's pattern."""
-        return (self.seed + (self.frame or 0)) % 2**31
 
-
-def exactly(samples, seed):
+def exactly(samples, seed=None):
     """Settings by which Cycles draws the numbers that are known ahead, exactly so many samples in every pixel.
+
+    Parameters
+    ----------
+    samples : int
+    seed : int, optional
+        The scene's own by default.
 
     Returns
     -------
     dict
         By property of `scene.cycles`.
     """
-    return {
+    seeds = {} if seed is None else {"seed": seed, "use_animated_seed": False}
+    return seeds | {
         "samples": samples,
         "use_adaptive_sampling": False,
         "use_layer_samples": "IGNORE",
         "time_limit": 0.0,
         "sampling_pattern": "BLUE_NOISE",
-        "seed": seed,
-        "use_animated_seed": False,
         # Cycles' own tiles reach the result only when all layers are done, so there shall be one.
         "tile_size": LARGEST,
         # Cycles' denoiser is called once pixels are in order and known noise is gone.

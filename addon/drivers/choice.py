@@ -3,11 +3,8 @@
 
 from dataclasses import dataclass
 
-from ..picture.control_variates import MOST_SAMPLES
 from . import checks, gather, rounds, sub_frames
-
-#: Samples a pixel up to which subtracting known noise is worth its time on real files.
-FEW_SAMPLES = 4
+from .frame import reduces_noise
 
 
 @dataclass(frozen=True)
@@ -29,7 +26,7 @@ class Choice:
     differences: tuple[str, ...] = ()
 
 
-def of_layer(scene, layer, sampling, use, shading_messages=lambda: ()):
+def of_layer(scene, layer, sampling, use, scene_messages=lambda: ()):
     """Choose for a view layer.
 
     Parameters
@@ -40,8 +37,8 @@ def of_layer(scene, layer, sampling, use, shading_messages=lambda: ()):
         In force in the view layer.
     use : SceneUse
         What its noise comes from.
-    shading_messages : callable
-        Why its shading cannot be seen by a camera of ours (`cycles.shading`); asked only where that matters.
+    scene_messages : callable
+        Why what is seen cannot be rendered by Gather (`gather.scene_messages`); asked only where that matters.
 
     Returns
     -------
@@ -53,15 +50,14 @@ def of_layer(scene, layer, sampling, use, shading_messages=lambda: ()):
     if settings.method == "GATHER" or settings.pattern != "AUTO" or settings.filter != "AS_CYCLES":
         if settings.method == "IN_PLACE":
             return Choice("CYCLES", (_NOT_IN_PLACE,))
-        return _checked(
-            "GATHER", gather.CHECKS, scene, layer, _gather_differences(settings, sampling), shading_messages
-        )
+        return _checked("GATHER", gather.CHECKS, scene, layer, _gather_differences(settings, sampling), scene_messages)
     if not sampling.count or checks.messages((checks.denoiser,), scene, layer):
         return Choice("CYCLES")
+    if not sampling.is_whole and sampling.is_even:
+        return Choice("IN_PLACE")
     if settings.distribution == "BY_NOISE" and rounds.suit(scene, layer, sampling):
         return Choice("ROUNDS")
-    few = MOST_SAMPLES if settings.method == "IN_PLACE" else FEW_SAMPLES
-    if settings.noise_reduction and sampling.is_even and sampling.samples <= few and use.dims:
+    if reduces_noise(settings, sampling) and use.dims:
         return Choice("IN_PLACE")
     return Choice("CYCLES")
 
@@ -72,15 +68,17 @@ _NOT_IN_PLACE = (
 )
 
 
-def _checked(method, tests, scene, layer, differences, shading_messages=lambda: ()):
+def _checked(method, tests, scene, layer, differences, scene_messages=lambda: ()):
     refusals = checks.messages(tests, scene, layer)
-    # Shading is looked at for a camera that is one, so only after the others.
-    return Choice(method, tuple(refusals or shading_messages()), tuple(differences))
+    # What is seen is asked of a camera that is one, so only after the others.
+    return Choice(method, tuple(refusals or scene_messages()), tuple(differences))
 
 
 def _gather_differences(settings, sampling):
     if settings.filter != "AS_CYCLES" and sampling.threshold is not None:
         yield f"Noise Threshold does not apply to a filter: every pixel takes {sampling.samples} samples"
+    if not sampling.is_whole and sampling.is_even:
+        return Choice("IN_PLACE")
     if settings.distribution == "BY_NOISE" and sampling.is_even:
         yield "Samples are distributed evenly: the method Gather moves them"
 

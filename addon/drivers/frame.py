@@ -10,8 +10,12 @@ from ..cycles import denoiser
 from ..cycles.sampling import Sampling
 from ..cycles.scene_analysis import scene_use
 from ..cycles.scene_use import SceneUse
+from ..picture.control_variates import MOST_SAMPLES
 from ..picture.reconstruction import Filter
 from ..plan import patterns
+
+#: Samples a pixel up to which subtracting known noise is worth its time on real files.
+FEW_SAMPLES = 4
 
 
 @dataclass(frozen=True)
@@ -57,19 +61,33 @@ class Frame:
         scene, layer = depsgraph.scene_eval, depsgraph.view_layer_eval
         settings = scene.spectral_tiles
         use = scene_use(depsgraph)
+        sampling = Sampling.of_layer(scene, layer)
         return cls(
             number=scene.frame_current,
             region=Region.of_render(scene.render),
             use=use,
-            sampling=Sampling.of_layer(scene, layer),
+            sampling=sampling,
             denoise=denoiser.wanted(scene, layer),
-            # Whoever chose a pattern wants to see what it does.
-            noise_reduction=settings.noise_reduction and settings.pattern == "AUTO",
+            noise_reduction=reduces_noise(settings, sampling),
             pattern=settings.pattern,
             tile=pattern_tile(scene, use.dims),
             filter=chosen_filter(settings),
             sub_frames=settings.sub_frames,
         )
+
+
+def reduces_noise(settings, sampling):
+    """Whether noise that the random numbers explain is to be subtracted.
+
+    Parameters
+    ----------
+    settings : SpectralTilesSettings
+    sampling : Sampling
+    """
+    # Whoever chose a pattern wants to see what it does.
+    is_wanted = settings.noise_reduction and settings.pattern == "AUTO" and sampling.is_even
+    at_a_time = 1 if settings.filter != "AS_CYCLES" else sampling.samples
+    return is_wanted and at_a_time <= (FEW_SAMPLES if settings.method == "AUTO" else MOST_SAMPLES)
 
 
 def pattern_path(scene):

@@ -16,7 +16,7 @@ import numpy as np
 from ..blender.display import InOrder
 from ..blender.refusal import Refused
 from ..blender.region import bands
-from ..cycles import aperture, dicing, osl_camera, passes, plan_image, sampling
+from ..cycles import aperture, clipping, dicing, osl_camera, passes, plan_image, sampling, shading
 from ..farm import layers
 from ..picture.reconstruction import Reconstruction, positions
 from ..plan import arranged_plan, pattern_plan, patterns
@@ -37,10 +37,15 @@ def _check_passes(scene, layer):
             f'The Mist pass of view layer "{layer.name}" cannot be rendered by Gather with an orthographic '
             "camera; switch the pass off, or set Method to In Place"
         )
-    if layer.use_pass_z and "Position" in passes.aov_names(layer):
+    aovs = passes.aov_types(layer)
+    if aovs.get("Depth") == "VALUE" or (layer.use_pass_z and "Position" in aovs):
         raise Refused(
-            f'The Depth pass of view layer "{layer.name}" cannot be rendered by Gather beside an AOV "Position"; '
-            "rename that, or set Method to In Place"
+            f'The AOV "Depth" or "Position" of view layer "{layer.name}" stands for a pass that Gather needs; '
+            "rename it, or set Method to In Place"
+        )
+    if scene.spectral_tiles.filter != "AS_CYCLES" and not passes.can_be_mixed(layer):
+        raise Refused(
+            f'An AOV of view layer "{layer.name}" has the name of a color pass that a filter needs; rename it'
         )
 
 
@@ -74,6 +79,11 @@ CHECKS = (
 )
 
 
+def scene_messages(depsgraph, camera):
+    """Why what a camera sees cannot be rendered this way, one message or none; it must have passed `CHECKS`."""
+    return shading.messages(depsgraph, camera) or clipping.messages(depsgraph, camera)
+
+
 def render(session, frame):
     """Render a frame; as `in_place.render`."""
     engine = session.engine
@@ -87,8 +97,7 @@ def render(session, frame):
         engine.add_pass("Position", 3, "XYZ", layer=session.layer_name)
     if frame.filter or not frame.sampling.is_whole:
         added += passes.add_divisors(engine, session.layer)
-    samples = 1 if frame.filter else frame.sampling.samples
-    clean, noise = steps.known_noise(frame, plan, "GATHER", added, samples)
+    clean, noise = steps.known_noise(frame, plan, "GATHER", added)
     cameras = {view.camera: view.settings for view in views.values()}
     with tempfile.TemporaryDirectory(prefix="spectral_tiles_", dir=bpy.app.tempdir) as folder:
         image = os.path.join(folder, "plan.tif")
@@ -100,7 +109,9 @@ def render(session, frame):
                 picture = _filtered(session, frame, plan, clean, views, folder)
             else:
                 engine.shown = InOrder(frame.region, plan)
-                picture = steps.without_noise(session, _in_order(session, plan, views), clean, 0, samples)
+                picture = steps.without_noise(
+                    session, _in_order(session, plan, views), clean, 0, frame.sampling.samples
+                )
     return picture, layers.facts(frame, session.layer_name, plan, noise, tile)
 
 
@@ -115,7 +126,9 @@ def _planned(engine, frame):
         return plan, None
     tile = aperture.fitted(tile, use.blades)
     dims = tuple(name for name in use.dims if name in tile.dims)
-    return pattern_plan.make(tile, dims, frame.region, sampled.samples, sampled.frame_seed, engine.test_break), tile
+    return pattern_plan.make(
+        tile, dims, frame.region, sampled.samples, sampled.frame_seed % 2**31, engine.test_break
+    ), tile
 
 
 def _sampling(frame, seed):

@@ -20,7 +20,7 @@ def add_guides(session, frame):
     return denoiser.add_guides(session.engine, session.layer_name) if frame.denoise else []
 
 
-def known_noise(frame, plan, method, added, count):
+def known_noise(frame, plan, method, added):
     """What subtracts the noise that known numbers explain.
 
     Parameters
@@ -31,8 +31,6 @@ def known_noise(frame, plan, method, added, count):
         As `spectral_tiles.method` calls it.
     added : list of str
         Passes that the result has for being merged or denoised only.
-    count : int
-        Samples of a picture that it is subtracted from.
 
     Returns
     -------
@@ -42,7 +40,7 @@ def known_noise(frame, plan, method, added, count):
         What a merge of layers must know to do it later (`known_noise.described`); else empty.
     """
     sampled = frame.sampling
-    if not (frame.noise_reduction and sampled.is_even and count <= control_variates.MOST_SAMPLES):
+    if not frame.noise_reduction:
         return None, ""
     if not sampled.is_whole:
         return None, noise.described(frame.use, frame.region, sampled, method, added)
@@ -75,4 +73,4 @@ def finish(session, frame, picture):
     except Refused as refused:
         failure.report(engine, str(refused))
     else:
-        passes.write(engine, frame.region, name, clean)
+        passes.write(engine, frame.region, name, picture.passes | clean)

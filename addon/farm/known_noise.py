@@ -62,7 +62,7 @@ def described(use, region, sampled, method, added):
     -------
     str
     """
-    return json.dumps([asdict(use), region, sampled.seed, sampled.frame, method, added])
+    return json.dumps([asdict(use), region, sampled.seed, sampled.frame, sampled.frame_seed, method, added])
 
 
 def taken_out(description, samples, plan_digest, passes, size):
@@ -86,12 +86,12 @@ def taken_out(description, samples, plan_digest, passes, size):
     dict or None
         None if the plan cannot be made again here: a machine with another processor may round its choices differently.
     """
-    used, region, seed, frame, method, added = json.loads(description)
+    used, region, seed, frame, frame_seed, method, added = json.loads(description)
     use, region = SceneUse(**used), Region(*map(tuple, region))
     if method == "GATHER":
         plan = arranged_plan.make(use, region, samples, seed, frame)
     else:
-        plan = Plan.in_place((seed + (frame or 0)) % 2**31, region)
+        plan = Plan.in_place(frame_seed, region)
     if digest(plan) != plan_digest:
         return None
     clean = control_variates.of_picture(use, *drawn(plan, region, samples))

@@ -37,7 +37,7 @@ class Plan:
     Attributes
     ----------
     seed : int
-        The Cycles seed that the plan was made for.
+        The Cycles seed that the plan was made for, in [0, 2**32).
     width : int
         Of the region, in pixels.
     film : int32 array, shape (pixels,)
@@ -57,7 +57,7 @@ class Plan:
     @classmethod
     def in_place(cls, seed, region):
         """The plan in which each render pixel of a region (Region) serves the film pixel where it is."""
-        return cls(seed % 2**31, region.size[0], np.arange(region.pixels, dtype=np.int32))
+        return cls(seed, region.size[0], np.arange(region.pixels, dtype=np.int32))
 
     @property
     def miss(self):

@@ -8,9 +8,9 @@ import bpy
 import numpy as np
 import pytest
 
+from addon.cycles.scene_analysis import SceneUse
 from addon.picture import control_variates
 from addon.plan import arranged_plan, modes
-from addon.cycles.scene_analysis import SceneUse
 from tests import rendering
 
 USE = SceneUse(motion_blur=True, lens=False, lights=2, bounces=False, glow=False)

@@ -14,7 +14,7 @@ from addon.blender import failure
 from addon.drivers import gather
 from addon.interface import forecast
 from addon.picture import control_variates, mixing
-from addon.plan import arranged_plan, sample_plan
+from addon.plan import sample_plan
 from tests import rendering
 
 
@@ -168,7 +168,9 @@ def test_plan_cannot_be_written(monkeypatch, tmp_path):
     """A full disk or an unwritable folder is one line, as any other refusal."""
     build_scene()
     write = sample_plan.Plan.write
-    monkeypatch.setattr(sample_plan.Plan, "write", lambda made, path: write(made, str(tmp_path / "missing" / "plan.tif")))
+    monkeypatch.setattr(
+        sample_plan.Plan, "write", lambda made, path: write(made, str(tmp_path / "missing" / "plan.tif"))
+    )
     render_expecting("Cannot write the sample plan")
 
 

@@ -4,16 +4,16 @@
 import bpy
 import numpy as np
 import pytest
+from tests.addon.test_camera import build_scene as build_landscape
 
 import generator
+from addon.blender.failure import Refused
 from addon.cycles import shared_sequence
 from addon.drivers import sub_frames
 from addon.picture import mixing
 from addon.plan import cell_plan
-from addon.blender.failure import Refused
 from tests import rendering
 from tests.addon import test_expectation as scenes
-from tests.addon.test_camera import build_scene as build_landscape
 from tests.addon.test_manners import snapshot
 from tests.addon.test_panel import zoom
 from tests.scenes import builders

@@ -45,6 +45,6 @@ def test_failure_shows_what_the_process_said(empty_cache, tmp_path):
 
 
 def test_a_reference_shows_what_is_measured():
-    measured = jobs.Settings(engine=jobs.TILES, samples=2, bounces=0, still=True, gaussian=0.5, driver="GATHER")
+    measured = jobs.Settings(engine=jobs.TILES, samples=2, bounces=0, still=True, gaussian=0.5, method="IN_PLACE")
     truth = reference_settings(measured, 64)
     assert truth == jobs.Settings(samples=64, bounces=0, still=True, gaussian=0.5)

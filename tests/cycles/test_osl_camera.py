@@ -9,7 +9,6 @@ import bpy
 import numpy as np
 import pytest
 
-from addon.plan import cell_plan
 from tests import rendering
 
 # Positions in the probe scene are a few units; a ray may hit the next triangle's edge by rounding.
@@ -20,6 +19,7 @@ ALLOWED_OUTLIERS = 0.004
 def build_scene(width=61, height=43, **camera):
     """A bumpy emissive landscape whose colour is its position; nothing in it is random."""
     scene = rendering.empty_scene(width, height)
+    scene.spectral_tiles.method = "GATHER"
     rendering.add_camera((1, -6, 4), (np.radians(58), 0, np.radians(8)), **camera)
     material = rendering.emission()
     tree = material.node_tree
@@ -72,12 +72,6 @@ def test_size(tmp_path, width, height, percentage):
     assert_same(tmp_path)
 
 
-@pytest.fixture(params=["GATHER", "SUBRENDER"])
-def driver(request, monkeypatch):
-    monkeypatch.setattr(cell_plan, "_DIFFERENT", 16)
-    return request.param
-
-
 def no_view(scene):
     scene.render.use_multiview = True
     for view in scene.render.views:
@@ -93,7 +87,7 @@ def shut_all_the_time(scene):
 
 
 def far_frame(scene):
-    scene.spectral_tiles.seed, scene.spectral_tiles.animated_seed = 2**31 - 1, True
+    scene.cycles.seed, scene.cycles.use_animated_seed = 2**31 - 1, True
     scene.frame_set(1048574)
 
 
@@ -118,12 +112,11 @@ def sheared(scene):
     ],
     ids=["tiles", "mirrored", "flattened", "aspect", "shutter", "clip", "sheared", "shut", "far_frame"],
 )
-def test_the_unusual(tmp_path, driver, change):
+def test_the_unusual(tmp_path, change):
     scene = build_scene()
-    scene.spectral_tiles.driver = driver
     scene.render.use_motion_blur = True
     change(scene)
-    ours = rendering.beauty(rendering.render(tmp_path, "SPECTRAL_TILES", seed=scene.spectral_tiles.seed))
+    ours = rendering.beauty(rendering.render(tmp_path, "SPECTRAL_TILES", seed=scene.cycles.seed))
     native = rendering.beauty(rendering.render(tmp_path, "CYCLES", seed=scene.cycles.seed))
     wrong = np.abs(ours - native).max(axis=-1) > 2 * TOLERANCE * (1 + np.abs(native).max(axis=-1))
     assert wrong.mean() <= ALLOWED_OUTLIERS
@@ -197,7 +190,7 @@ def test_camera_motion(tmp_path):
 @pytest.mark.parametrize("kind", ["PERSP", "ORTHO"])
 def test_bokeh(tmp_path, blades, kind):
     """One point of light out of focus draws the aperture: its mean over many samples is the native one."""
-    rendering.empty_scene(24, 24)
+    rendering.empty_scene(24, 24).spectral_tiles.method = "GATHER"
     camera = rendering.add_camera((0, 0, 10), type=kind, ortho_scale=6.0, lens=50.0)
     camera.data.dof.use_dof = True
     camera.data.dof.focus_distance = 4.0
@@ -238,7 +231,7 @@ def test_panorama(tmp_path, panorama):
 @pytest.mark.parametrize("panorama", ["EQUIRECTANGULAR", "MIRRORBALL", "FISHEYE_EQUIDISTANT"])
 def test_bokeh_of_panoramas(tmp_path, panorama, blades):
     """Off the axis the lens lies across the ray, so the light's disc is Cycles' only if its frame is."""
-    rendering.empty_scene(24, 24)
+    rendering.empty_scene(24, 24).spectral_tiles.method = "GATHER"
     camera = rendering.add_camera((0, 0, 10), type="PANO", panorama_type=panorama, fisheye_fov=1.5, lens=50.0)
     if panorama == "EQUIRECTANGULAR":
         camera.data.longitude_min, camera.data.longitude_max = -0.8, 0.8

@@ -5,9 +5,9 @@ import bpy
 import numpy as np
 import pytest
 
+from addon.blender.region import Region
 from addon.picture import reconstruction
 from addon.picture.reconstruction import CUSTOMARY_WIDTHS, Filter, Reconstruction, positions
-from addon.blender.region import Region
 from tests import rendering
 
 

@@ -58,7 +58,7 @@ def wheels():
     scene = spinning_wheels.build()
     scene.render.resolution_x = scene.render.resolution_y = 32
     scene.cycles.use_adaptive_sampling = scene.cycles.use_denoising = False
-    scene.spectral_tiles.animated_seed = False
+    scene.cycles.use_animated_seed = False
     # Single bright paths would need thousands of seeds to average out.
     scene.cycles.sample_clamp_indirect = 0.5
 
@@ -87,12 +87,12 @@ def test_blackman_harris_filter(tmp_path):
 def test_samples_differ_between_frames_and_seeds(tmp_path):
     static_scene()
     scene = bpy.context.scene
-    scene.spectral_tiles.animated_seed = True
+    scene.cycles.use_animated_seed = True
     images = []
     for frame in (1, 2):
         scene.frame_set(frame)
         images.append(rendering.beauty(rendering.render(tmp_path, "SPECTRAL_TILES")))
-    scene.spectral_tiles.animated_seed = False
+    scene.cycles.use_animated_seed = False
     still = [rendering.beauty(rendering.render(tmp_path, "SPECTRAL_TILES")) for _ in range(2)]
     assert not np.array_equal(*images)
     assert np.array_equal(*still)

@@ -134,3 +134,19 @@ def test_leading_bytes_are_the_values_cut_off():
 def test_unknown_dimension_is_named():
     with pytest.raises(ValueError, match=r"film\.x"):
         random_numbers.sequence_values(np.zeros(1, np.uint32), ("film.x",))
+
+
+@pytest.mark.parametrize("subframe", [0.0, 0.25])
+def test_the_animated_seed_is_cycles(tmp_path, subframe):
+    """A picture with it is that of the seed that we compute, where that is one that a user can set."""
+    scene = rendering.empty_scene(8, 8)
+    rendering.add_camera()
+    rendering.add_plane(20, rendering.diffuse())
+    rendering.add_light("AREA", 100, (0, 0, 3), size=2)
+    frame = next(n for n in range(1, 99) if random_numbers.animated_seed(7, n, subframe) < 2**31)
+    scene.frame_set(frame, subframe=subframe)
+    scene.cycles.use_animated_seed = True
+    animated = rendering.beauty(rendering.render(tmp_path, "CYCLES", seed=7))
+    scene.cycles.use_animated_seed = False
+    seed = random_numbers.animated_seed(7, frame, subframe)
+    assert np.array_equal(animated, rendering.beauty(rendering.render(tmp_path, "CYCLES", seed=seed)))

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The IN_PLACE driver: Cycles' own pictures, but for the noise that is known."""
+"""The method In Place: Cycles' own pictures, but for the noise that is known."""
 
 import bpy
 import numpy as np
@@ -23,8 +23,8 @@ def build_scene(samples=2):
     scene.render.use_motion_blur = True
     scene.cycles.pixel_filter_type = "BLACKMAN_HARRIS"
     scene.cycles.sampling_pattern = "BLUE_NOISE"
-    scene.spectral_tiles.driver = "IN_PLACE"
-    scene.spectral_tiles.samples = samples
+    scene.spectral_tiles.method = "IN_PLACE"
+    scene.cycles.samples = samples
     return scene
 
 
@@ -65,12 +65,11 @@ CHANGES = {
 
 
 @pytest.mark.parametrize("change", CHANGES)
-def test_without_control_variates_it_is_cycles(tmp_path, change):
+def test_without_noise_reduction_it_is_cycles(tmp_path, change):
     """All passes, to the bit."""
     scene = build_scene()
     CHANGES[change](scene)
-    scene.spectral_tiles.control_variates = False
-    assert forecast.refusals(scene, bpy.context.view_layer) == []
+    scene.spectral_tiles.noise_reduction = False
     ours, native = (rendering.render(tmp_path, engine, 2, seed=3) for engine in ("SPECTRAL_TILES", "CYCLES"))
     assert ours.keys() == native.keys()
     for name, pixels in native.items():
@@ -87,15 +86,17 @@ def test_without_control_variates_it_is_cycles(tmp_path, change):
     ],
 )
 def test_it_serves_where_samples_cannot_be_moved(tmp_path, change, reason):
+    """Gather is refused by hand; Automatic renders what Cycles would."""
     scene, layer = build_scene(), bpy.context.view_layer
-    scene.spectral_tiles.driver = "AUTO"
-    assert forecast.render_calls(scene, layer).startswith("Gather")
     CHANGES[change](scene)
-    calls = forecast.render_calls(scene, layer)
-    assert calls.startswith("In Place") and reason in calls
-    assert forecast.refusals(scene, layer) == []
+    layer.update()
+    scene.spectral_tiles.method = "GATHER"
+    (message,) = forecast.chosen(scene, layer).refusals
+    assert reason in message
+    scene.spectral_tiles.method = "AUTO"
+    assert not forecast.chosen(scene, layer).refusals
     by_itself = rendering.beauty(rendering.render(tmp_path, "SPECTRAL_TILES"))
-    scene.spectral_tiles.driver = "IN_PLACE"
+    scene.spectral_tiles.method = "IN_PLACE"
     assert np.array_equal(by_itself, rendering.beauty(rendering.render(tmp_path, "SPECTRAL_TILES")))
 
 
@@ -122,10 +123,10 @@ def test_each_seed_is_heeded(tmp_path):
     assert not np.array_equal(pictures[1], pictures[2])
 
 
-@pytest.mark.parametrize(("name", "value"), [("tile", "SPECTRAL"), ("filter", "GAUSSIAN"), ("adaptive", "THRESHOLD")])
+@pytest.mark.parametrize(("name", "value"), [("pattern", "SPECTRAL"), ("filter", "GAUSSIAN")])
 def test_samples_that_must_move_are_refused(name, value):
     scene = build_scene()
-    scene.render.engine = "SPECTRAL_TILES"
+    scene.spectral_tiles.enabled = True
     setattr(scene.spectral_tiles, name, value)
     with pytest.raises(RuntimeError, match="In Place takes Cycles' own samples"):
         bpy.ops.render.render()

@@ -4,31 +4,29 @@
 import bpy
 import pytest
 
+from addon.cycles.scene_use import SceneUse
 from addon.drivers import gather
 from addon.plan import patterns
-from addon.cycles.scene_analysis import SceneUse
 from tests import rendering
 
 
 def test_spectral_is_the_tile_of_what_is_used(extension):
-    settings = rendering.empty_scene().spectral_tiles
-    settings.tile = "SPECTRAL"
     for use, dims in (
         (SceneUse(True, False, 0, False, False), ("t",)),
         (SceneUse(False, False, 1, False, False), ("light.u", "light.v")),
         (SceneUse(True, True, 1, False, False), ("t", "lens.u", "lens.v", "light.u", "light.v")),
         (SceneUse(True, True, 3, True, False), patterns.PROFILES["full"]),
     ):
-        assert patterns.tile(settings, dims=use.dims).dims == dims
-    assert patterns.tile(settings).dims == patterns.PROFILES["full"]
+        assert patterns.tile("SPECTRAL", dims=use.dims).dims == dims
+    assert patterns.tile("SPECTRAL").dims == patterns.PROFILES["full"]
 
 
 @pytest.fixture
 def followed(monkeypatch):
     """Dimensions of the tiles that renders follow."""
     dims = []
-    make = gather.tile_plan.make
-    monkeypatch.setattr(gather.tile_plan, "make", lambda tile, *rest: dims.append(tile.dims) or make(tile, *rest))
+    make = gather.pattern_plan.make
+    monkeypatch.setattr(gather.pattern_plan, "make", lambda tile, *rest: dims.append(tile.dims) or make(tile, *rest))
     return dims
 
 
@@ -38,7 +36,8 @@ def lit_by_a_lamp(tile, bounces):
     rendering.add_plane(4, rendering.diffuse())
     rendering.add_light("SUN", 1, (0, 0, 5))
     scene.cycles.max_bounces = bounces
-    scene.render.engine, scene.spectral_tiles.tile = "SPECTRAL_TILES", tile
+    scene.spectral_tiles.enabled, scene.spectral_tiles.pattern = True, tile
+    scene.spectral_tiles.method = "GATHER"
     return scene
 
 
@@ -56,6 +55,6 @@ def test_automatic_follows_a_tile_only_where_nothing_else_is_random(extension, f
     if other == "world":
         rendering.set_world((1, 1, 1))
     if other == "samples":
-        scene.spectral_tiles.samples = 4
+        scene.cycles.samples = 4
     bpy.ops.render.render()
     assert not followed

@@ -5,8 +5,8 @@ import bpy
 import numpy as np
 import pytest
 
-from addon.cycles import denoiser
 from addon.blender.region import Region
+from addon.cycles import denoiser
 from tests import rendering
 
 

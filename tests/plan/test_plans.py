@@ -7,12 +7,12 @@ import tracemalloc
 import numpy as np
 import pytest
 
-from addon.cycles import random_numbers, shared_sequence
-from addon.plan import arranged_plan, cell_plan, modes, pattern_plan, sample_plan
-from addon.cycles.scene_analysis import SceneUse
-from addon.blender.failure import Cancelled
-from addon.plan.matching import match
+from addon.blender.refusal import Cancelled
 from addon.blender.region import Region
+from addon.cycles import plan_image, random_numbers, shared_sequence
+from addon.cycles.scene_use import SceneUse
+from addon.plan import arranged_plan, cell_plan, modes, pattern_plan, sample_plan
+from addon.plan.matching import match
 from generator import Tile
 
 MOTION = SceneUse(motion_blur=True, lens=False, lights=1, bounces=False, glow=False)
@@ -219,9 +219,9 @@ def test_a_plan_takes_few_bytes_a_pixel(tmp_path, frame, at_most):
     """Made, moved and written; a plan that stays takes 4, and so does each frame's before it in its group."""
     sample_plan.memory.clear()
     planned = region(1024, 768)
-    arranged_plan.make(MOTION, region(64, 64), 1, seed=1).write(str(tmp_path / "plan.tif"))
+    plan_image.write(arranged_plan.make(MOTION, region(64, 64), 1, seed=1), str(tmp_path / "plan.tif"))
     tracemalloc.start()
-    arranged_plan.make(MOTION, planned, 1, seed=1, frame=frame).write(str(tmp_path / "plan.tif"))
+    plan_image.write(arranged_plan.make(MOTION, planned, 1, seed=1, frame=frame), str(tmp_path / "plan.tif"))
     _, peak = tracemalloc.get_traced_memory()
     tracemalloc.stop()
     assert peak / planned.pixels <= at_most

@@ -5,19 +5,17 @@ import bpy
 import numpy as np
 import pytest
 
-from addon.plan import cell_plan
 from tests import rendering
-from tests.addon import test_expectation as scenes
+from tests.drivers import test_expectation as scenes
 
 
-@pytest.fixture(params=["GATHER", "SUBRENDER"])
-def scene(request, tmp_path, monkeypatch):
+@pytest.fixture(params=["GATHER", "IN_PLACE"])
+def scene(request, tmp_path):
     """Three frames of a scene at rest, to be written to `tmp_path`."""
-    monkeypatch.setattr(cell_plan, "_DIFFERENT", 16)
     scenes.static_scene()
     scene = bpy.context.scene
-    scene.render.engine = "SPECTRAL_TILES"
-    scene.spectral_tiles.driver = request.param
+    scene.spectral_tiles.enabled = True
+    scene.spectral_tiles.method = request.param
     scene.render.image_settings.file_format = "OPEN_EXR"
     scene.render.image_settings.color_depth = "32"
     scene.render.filepath = f"{tmp_path}/frame_"
@@ -32,7 +30,7 @@ def rendered(folder):
 
 
 def test_every_frame_has_its_own_pattern(scene, tmp_path):
-    scene.spectral_tiles.animated_seed = True
+    scene.cycles.use_animated_seed = True
     bpy.ops.render.render(animation=True)
     pictures = rendered(tmp_path)
     assert list(pictures) == [f"frame_000{frame}.exr" for frame in (5, 6, 7)]
@@ -42,7 +40,7 @@ def test_every_frame_has_its_own_pattern(scene, tmp_path):
 
 
 def test_fixed_seed_gives_a_fixed_pattern(scene, tmp_path):
-    scene.spectral_tiles.animated_seed = False
+    scene.cycles.use_animated_seed = False
     bpy.ops.render.render(animation=True)
     first, *others = rendered(tmp_path).values()
     assert all(np.array_equal(first, other) for other in others)
@@ -50,7 +48,7 @@ def test_fixed_seed_gives_a_fixed_pattern(scene, tmp_path):
 
 def test_a_frame_is_the_same_alone(scene, tmp_path):
     """A farm renders frames one by one; persistent data may carry over from the frame before."""
-    scene.spectral_tiles.animated_seed = True
+    scene.cycles.use_animated_seed = True
     scene.render.use_persistent_data = True
     bpy.ops.render.render(animation=True)
     wanted = rendered(tmp_path)["frame_0007.exr"]

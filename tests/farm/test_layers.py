@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 import generator
-from addon.blender import failure
-from addon.farm import layers
+from addon.blender.refusal import Refused
+from addon.farm import layers, merge
 from addon.interface import command_line, picture_files
 from tests import rendering
 
@@ -62,7 +62,7 @@ def test_merged_layers_are_the_frame(scene_file, tmp_path, count, tile):
         values = np.random.default_rng(5).random((16, 16, 1, 5), dtype=np.float32)
         made = generator.Tile(("t", "lens.u", "lens.v", "light.u", "light.v"), values, {"method": "white"})
         generator.save_tile(made, tmp_path / "tile.npz")
-        options = ["--tile", str(tmp_path / "tile.npz")]
+        options = ["--pattern", str(tmp_path / "tile.npz")]
     # Large enough for known noise to be found.
     options += ["--percentage", "300"]
     render(scene_file, tmp_path / "whole.exr", *options)
@@ -84,7 +84,7 @@ def test_merged_layers_are_the_frame(scene_file, tmp_path, count, tile):
     assert not [path for path in tmp_path.iterdir() if path.name.startswith(".")]
 
 
-@pytest.mark.parametrize("change", ["nothing", "border", "in place", "sub-renders", "view layers"])
+@pytest.mark.parametrize("change", ["nothing", "border", "in place", "view layers"])
 def test_merged_layers_lose_the_known_noise(scene_file, tmp_path, monkeypatch, change):
     bpy.ops.wm.open_mainfile(filepath=str(scene_file))
     scene = bpy.context.scene
@@ -94,21 +94,18 @@ def test_merged_layers_lose_the_known_noise(scene_file, tmp_path, monkeypatch, c
         scene.render.border_min_x, scene.render.border_max_x = 0.1, 0.9
         scene.render.border_min_y, scene.render.border_max_y = 0.3, 1.0
     elif change == "in place":
-        scene.spectral_tiles.driver = "IN_PLACE"
-    elif change == "sub-renders":
-        scene.spectral_tiles.driver = "SUBRENDER"
-        scene.view_layers[0].use_pass_cryptomatte_object = False
+        scene.spectral_tiles.method = "IN_PLACE"
     elif change == "view layers":
         scene.view_layers.new("ViewLayer.002").use_pass_glossy_direct = True
     bpy.ops.wm.save_mainfile()
     whole, frame = tmp_path / "whole.exr", tmp_path / "frame.exr"
     render(scene_file, whole, samples=2)
     files = render_layers(scene_file, frame, 2, samples=2)
-    assert layers.merge(files, str(frame)) == (2, True)
+    assert merge.merge(files, str(frame)) == (2, True)
     expected, merged = rendering.read_exr(whole), rendering.read_exr(frame)
     with monkeypatch.context() as patch:
-        patch.setattr(layers.layer_noise, "taken_out", lambda _1, _2, _3, passes, _4: passes)
-        layers.merge(files, str(frame))
+        patch.setattr(merge.known_noise, "taken_out", lambda _1, _2, _3, passes, _4: passes)
+        merge.merge(files, str(frame))
     noisy = rendering.read_exr(frame)
     for name, pixels in expected.items():
         if "Crypto" not in name:
@@ -120,19 +117,19 @@ def test_merged_layers_lose_the_known_noise(scene_file, tmp_path, monkeypatch, c
 
 def test_known_noise_stays_where_the_plan_cannot_be_made_again(scene_file, tmp_path, monkeypatch):
     files = render_layers(scene_file, tmp_path / "frame.exr", 2, "--percentage", "300", samples=2)
-    digest = layers.layer_noise.digest
-    monkeypatch.setattr(layers.layer_noise, "digest", lambda plan: digest(plan)[::-1])
-    assert layers.merge(files, str(tmp_path / "frame.exr")) == (2, False)
+    digest = merge.known_noise.digest
+    monkeypatch.setattr(merge.known_noise, "digest", lambda plan: digest(plan)[::-1])
+    assert merge.merge(files, str(tmp_path / "frame.exr")) == (2, False)
 
 
 def test_order_and_a_retried_task_change_no_bit(scene_file, tmp_path, monkeypatch):
     frame = tmp_path / "frame.exr"
     files = render_layers(scene_file, frame, 4, samples=4)
-    layers.merge(files, str(frame))
+    merge.merge(files, str(frame))
     first = frame.read_bytes()
     time.sleep(1.1)  # a clock that is read shows
     for order in ((3, 1, 0, 2), (1, 3, 2, 0)):
-        layers.merge([files[k] for k in order], str(frame))
+        merge.merge([files[k] for k in order], str(frame))
         assert frame.read_bytes() == first
 
     # The third task dies before its file is complete, and runs again.
@@ -148,7 +145,7 @@ def test_order_and_a_retried_task_change_no_bit(scene_file, tmp_path, monkeypatc
         assert command_line.run(arguments) == command_line.FAILED
     assert {path.name for path in tmp_path.iterdir()} == before - {"frame_layer3of4.exr"}
     assert command_line.run(arguments) == command_line.DONE
-    layers.merge(files, str(frame))
+    merge.merge(files, str(frame))
     assert frame.read_bytes() == first
 
 
@@ -158,17 +155,17 @@ def test_what_does_not_belong_together_is_refused(scene_file, tmp_path, monkeypa
     def refused(expected, *options, samples=2):
         render(scene_file, tmp_path / "two.exr", "--layer", "2/2", *options, samples=samples)
         two = layers.file_of(str(tmp_path / "two.exr"), 2, 2)
-        with pytest.raises(failure.Refused, match=expected) as refusal:
-            layers.merge([two, one], str(tmp_path / "frame.exr"))
+        with pytest.raises(Refused, match=expected) as refusal:
+            merge.merge([two, one], str(tmp_path / "frame.exr"))
         assert one in str(refusal.value) and two in str(refusal.value)
 
     refused("differ in seed: 7 and 0", "--seed", "7")
-    refused("differ in tile: SPECTRAL_64", "--tile", "spectral_64")
+    refused("differ in pattern: SPECTRAL_64", "--pattern", "spectral_64")
     refused("differ in size: 24 x 18 and 48 x 36", "--percentage", "50")
     refused("differ in samples", samples=4)
     refused("differ in frame", "--frames", "2")
     with monkeypatch.context() as patch:
-        patch.setattr(layers.layer_noise, "described", lambda *_: "")
+        patch.setattr(merge.known_noise, "described", lambda *_: "")
         refused("differ in Control Variates")
     stamp = layers.stamp
     with monkeypatch.context() as patch:
@@ -186,51 +183,51 @@ def test_what_does_not_belong_together_is_refused(scene_file, tmp_path, monkeypa
 
 def test_missing_and_truncated_layers_are_named(scene_file, tmp_path):
     frame = str(tmp_path / "frame.exr")
-    with pytest.raises(failure.Refused, match="no layers"):
+    with pytest.raises(Refused, match="no layers"):
         layers.files_of(frame)
     files = render_layers(scene_file, frame, 4, samples=4)
-    with pytest.raises(failure.Refused, match="No layer holds samples 3 to 3 of 4"):
-        layers.merge([files[0], files[1], files[3]], frame)
-    with pytest.raises(failure.Refused, match=r"frame_layer2of4\.exr and .*frame_layer2of4\.exr hold the same samples"):
-        layers.merge([*files, files[1]], frame)
+    with pytest.raises(Refused, match="No layer holds samples 3 to 3 of 4"):
+        merge.merge([files[0], files[1], files[3]], frame)
+    with pytest.raises(Refused, match=r"frame_layer2of4\.exr and .*frame_layer2of4\.exr hold the same samples"):
+        merge.merge([*files, files[1]], frame)
     third = tmp_path / "frame_layer3of4.exr"
     whole = third.read_bytes()
     for size in (0, 100, len(whole) // 2, len(whole) - 100):
         third.write_bytes(whole[:size])
-        with pytest.raises(failure.Refused, match=r"frame_layer3of4\.exr is damaged"):
-            layers.merge(files, frame)
+        with pytest.raises(Refused, match=r"frame_layer3of4\.exr is damaged"):
+            merge.merge(files, frame)
     third.unlink()
-    with pytest.raises(failure.Refused, match=r"Missing: .*frame_layer3of4\.exr"):
+    with pytest.raises(Refused, match=r"Missing: .*frame_layer3of4\.exr"):
         layers.files_of(frame)
     assert not (tmp_path / "frame.exr").exists()
 
 
-def test_a_subset_beyond_the_samples_is_refused(scene_file):
+def test_a_subset_beyond_the_samples_is_refused(scene_file, capsys):
     scene = bpy.context.scene
-    scene.render.engine = "SPECTRAL_TILES"
-    scene.cycles.use_sample_subset, scene.cycles.sample_offset = True, scene.spectral_tiles.samples
-    with pytest.raises(RuntimeError, match="sample subset starts"):
-        bpy.ops.render.render()
+    scene.cycles.use_sample_subset, scene.cycles.sample_offset = True, scene.cycles.samples
+    bpy.ops.wm.save_mainfile()
+    assert command_line.run(["render", str(scene_file)]) == command_line.FAILED
+    assert "sample subset starts" in capsys.readouterr().err
 
 
 def test_a_denoised_layer_is_refused(scene_file, tmp_path):
     """As a farm may make it that sets Cycles' sample subset by itself."""
     scene = bpy.context.scene
-    scene.render.engine = "SPECTRAL_TILES"
+    scene.spectral_tiles.enabled = True
     scene.cycles.use_denoising = True
     path = str(tmp_path / "layer.exr")
     picture_files.render(scene, path)
-    with pytest.raises(failure.Refused, match=r"layer\.exr was denoised"):
-        layers.merge([path], str(tmp_path / "frame.exr"))
+    with pytest.raises(Refused, match=r"layer\.exr was denoised"):
+        merge.merge([path], str(tmp_path / "frame.exr"))
 
 
 def test_divided_light_without_its_colour_is_refused(scene_file, tmp_path):
     scene = bpy.context.scene
-    scene.render.engine = "SPECTRAL_TILES"
+    scene.spectral_tiles.enabled = True
     path = str(tmp_path / "layer.exr")
     picture_files.render(scene, path)
-    with pytest.raises(failure.Refused, match="switch on the pass Diffuse Color"):
-        layers.merge([path], str(tmp_path / "frame.exr"))
+    with pytest.raises(Refused, match="switch on the pass Diffuse Color"):
+        merge.merge([path], str(tmp_path / "frame.exr"))
 
 
 def test_parts_are_all_samples():
