@@ -159,7 +159,9 @@ def check(path):
     """Raise `Refused` if a picture cannot be read to its end: of a full disk Blender tells but for some formats."""
     image = bpy.data.images.load(path, check_existing=False)
     try:
-        is_whole = _is_whole_exr(path) if image.type == "MULTILAYER" else len(image.pixels) > 0
+        is_whole = len(image.pixels) > 0
+        if image.type == "MULTILAYER":  # which Blender knows once it was read, and which has no pixels of its own
+            is_whole = _is_whole_exr(path)
     finally:
         bpy.data.images.remove(image)
     if not is_whole:
@@ -176,8 +178,9 @@ def _is_whole_exr(path):
         return False
     part = 0
     while file.seek_subimage(part, 0):
-        height = file.spec().height
-        if file.read_scanlines(height - 1, height, 0, 0, 1, oiio.UNKNOWN) is None:
+        spec = file.spec()
+        last = spec.y + spec.height - 1
+        if file.read_scanlines(part, 0, last, last + 1, 0, 0, spec.nchannels, oiio.FLOAT) is None:
             return False
         part += 1
     return part > 0

@@ -67,7 +67,7 @@ def tile(name, path="", dims=PROFILES["full"]):
         return None
     if name == "FILE":
         if not path:
-            raise Refused("No pattern file is set; choose one under Render Properties > Spectral Tiles > Advanced")
+            raise Refused("No pattern file is set; choose one under Sampling > Spectral Tiles > Advanced")
         return _read(path)
     return spectral(dims) if name == "SPECTRAL" else _read(os.path.join(_FOLDER, name.lower() + ".npz"))
 
