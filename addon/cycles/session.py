@@ -13,7 +13,7 @@ import _cycles
 import bpy
 from cycles import engine as cycles
 
-from ..blender import main_thread
+from ..blender import main_thread, timeline
 from ..blender.evaluated import Overwritten, render_settings
 from ..blender.region import Rectangle, Region
 from . import passes
@@ -91,6 +91,36 @@ class Session:
     def reset(self):
         """Have Cycles read the scene again before the next call; needed where anything but sampling has changed."""
         cycles.reset(self.engine, bpy.data, self.depsgraph)
+
+    def go_to(self, time, write):
+        """Set the scene to a time, in frames, and have Cycles read it before the next call.
+
+        Parameters
+        ----------
+        time : float or None
+            None leaves it where it is.
+        write : callable
+            `write(written)` writes evaluated data, of which nothing is left that was written before.
+        """
+
+        def go():
+            # What is written must not be what the evaluation starts from.
+            self._written.put_back()
+            if time is not None:
+                timeline.go_to(self.engine, self.original_scene, time)
+            write(self._written)
+
+        main_thread.run(go, self.engine)
+        self.reset()
+
+    def leave(self, time):
+        """Set the scene to the time that it was found at, after `go_to`."""
+
+        def go():
+            self._written.put_back()
+            timeline.go_to(self.engine, self.original_scene, time)
+
+        main_thread.run(go, self.engine)
 
     def call(self, names=None, then_rectangles=False):
         """Render the whole region; return its passes, as of `passes.read`.
