@@ -114,11 +114,12 @@ class Session:
         self.reset()
 
     def leave(self, time):
-        """Set the scene to the time that it was found at, after `go_to`."""
+        """Put back what `go_to` has written, and set the scene to a time, in frames, if one is given."""
 
         def go():
             self._written.put_back()
-            timeline.go_to(self.engine, self.original_scene, time)
+            if time is not None:
+                timeline.go_to(self.engine, self.original_scene, time)
 
         main_thread.run(go, self.engine)
 

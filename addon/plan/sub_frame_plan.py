@@ -25,12 +25,20 @@ class Shot(NamedTuple):
         Of the sequence that all pixels of a period share.
     opening : (float, float)
         The part of the shutter's whole exposure, from 0 to 1, that they stand for.
+    sample : int
+        Which of a pixel's samples the first one is.
     """
 
     cell: tuple[int, int]
     first: int
     count: int
     opening: tuple[float, float]
+    sample: int
+
+    @property
+    def index(self):
+        """Of the first one: row, column, and which of a pixel's samples."""
+        return *self.cell, self.sample
 
 
 @dataclass(frozen=True)
@@ -100,6 +108,7 @@ def make(samples, moments, taken, seed, one_by_one=False):
                     int(ranks[row, column]) * samples + sample,
                     1,
                     (moment[row, column] / moments, (moment[row, column] + 1) / moments),
+                    sample,
                 )
                 for row, column in zip(*np.unravel_index(np.argsort(times, axis=None), times.shape), strict=True)
             ]
@@ -116,7 +125,7 @@ def _whole(samples, moments, taken, one_by_one):
         opening = start / samples, end / samples
         first, last = max(start, taken.start), min(end, taken.stop)
         step = 1 if one_by_one else max(1, last - first)
-        groups += [[Shot((0, 0), sample, step, opening)] for sample in range(first, last, step)]
+        groups += [[Shot((0, 0), sample, step, opening, sample)] for sample in range(first, last, step)]
     return groups
 
 
