@@ -11,8 +11,8 @@ def frame_of(scene):
     return scene.frame_current + scene.frame_subframe
 
 
-def go_to(engine, scene, time):
-    """Evaluate the scene that an engine renders at another time, and leave the user's timeline where it is.
+def go_to(engine, scene, time, home):
+    """Evaluate the scene that an engine renders at another time, and leave the user's timeline where it was.
 
     Handlers of *Frame Change* run as they do when Blender itself goes to the steps of motion blur: before and after the
     evaluation, with the scene's frame at that time.
@@ -22,13 +22,12 @@ def go_to(engine, scene, time):
     engine : bpy.types.RenderEngine
     scene : bpy.types.Scene
         The original one.
-    time : float
-        In frames.
+    time, home : float
+        Where to, and where the user's timeline belongs, in frames.
     """
-    before = frame_of(scene)
     frame = math.floor(time)
     engine.frame_set(frame, subframe=time - frame)
-    put_back(scene, before)
+    put_back(scene, home)
 
 
 def put_back(scene, time):

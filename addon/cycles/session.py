@@ -55,6 +55,8 @@ class Session:
     ----------
     region : Region
         The pixels of the picture.
+    time : float
+        Of the frame.
     """
 
     def __init__(self, engine, depsgraph):
@@ -64,6 +66,7 @@ class Session:
         self.layer_name = self.layer.name
         self.original_scene, self.original_layer = depsgraph.scene, depsgraph.view_layer
         self.region = Region.of_render(self.scene.render)
+        self.time = timeline.frame_of(self.original_scene)
         self._written = Overwritten()
 
     def __enter__(self):
@@ -102,26 +105,19 @@ class Session:
         write : callable
             `write(written)` writes evaluated data, of which nothing is left that was written before.
         """
-
-        def go():
-            # What is written must not be what the evaluation starts from.
-            self._written.put_back()
-            if time is not None:
-                timeline.go_to(self.engine, self.original_scene, time)
-            write(self._written)
-
-        main_thread.run(go, self.engine)
+        main_thread.run(lambda: self._move(time, write), self.engine)
         self.reset()
 
-    def leave(self, time):
-        """Put back what `go_to` has written, and set the scene to a time, in frames, if one is given."""
+    def leave(self):
+        """Set the scene to the time that it was found at, after `go_to`."""
+        main_thread.run(lambda: self._move(self.time, lambda written: None), self.engine)
 
-        def go():
-            self._written.put_back()
-            if time is not None:
-                timeline.go_to(self.engine, self.original_scene, time)
-
-        main_thread.run(go, self.engine)
+    def _move(self, time, write):
+        # What is written must not be what an evaluation starts from.
+        self._written.put_back()
+        if time is not None:
+            timeline.go_to(self.engine, self.original_scene, time, self.time)
+        write(self._written)
 
     def call(self, names=None, then_rectangles=False):
         """Render the whole region; return its passes, as of `passes.read`.

@@ -3,7 +3,7 @@
 
 import numpy as np
 
-from ..blender import display, timeline
+from ..blender import display
 from ..blender.evaluated import render_settings, values
 from ..blender.progress import Progress
 from ..blender.region import Rectangle
@@ -34,7 +34,6 @@ class Shots:
     def __init__(self, session, frame, plan, is_blurred, noun):
         self.session, self.frame, self.plan = session, frame, plan
         self._is_blurred = is_blurred
-        self._time = timeline.frame_of(session.original_scene)
         self._standing = Standstill(session.depsgraph)
         self._progress = Progress(session.engine, sum(map(len, plan.groups)), noun)
         self._opening = None
@@ -75,7 +74,7 @@ class Shots:
                         sums = self._spread(sums, group, found)
                     picture = mean(picture, found, taken / group[0].count)
         finally:
-            session.leave(self._time if self._is_blurred else None)
+            session.leave()
         return picture if sums is None else picture.with_light(sums.pixels())
 
     def _spread(self, sums, group, picture):
@@ -120,7 +119,7 @@ class Shots:
         session, time = self.session, None
         if self._is_blurred and shot.opening != self._opening:
             self._opening = shot.opening
-            time = self._time + exposure.shutter_times(np.array(shot.opening), session.scene.render).mean()
+            time = session.time + exposure.shutter_times(np.array(shot.opening), session.scene.render).mean()
         session.go_to(time, lambda written: self._aim(written, shot, first))
         found = session.call()
         # Cycles writes some data with the very first sample only.
