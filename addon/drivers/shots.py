@@ -123,10 +123,11 @@ class Shots:
         session.go_to(time, lambda written: self._aim(written, shot, first))
         found = session.call()
         # Cycles writes some data with the very first sample only.
-        if with_data and shot.first > 0 and any(name in passes.FIRST_SAMPLE for name, _ in found):
+        data = steps.pictured(session, found).of_kind(passes.Kind.FIRST_SAMPLE)
+        if with_data and data and shot.first > 0:
             session.set_sampling(sample_offset=0, sample_subset_length=1)
-            data = session.call(passes.FIRST_SAMPLE)
-            found |= {key: pixels for key, pixels in data.items() if found[key].shape == pixels.shape}
+            first_sample = session.call({name for name, _ in data})
+            found |= {key: first_sample[key] for key in data}
         return found
 
     def _aim(self, written, shot, first):
