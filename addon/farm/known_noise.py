@@ -9,40 +9,18 @@ import json
 import zlib
 from dataclasses import asdict
 
-import numpy as np
-
 from ..blender.region import Region
 from ..cycles import passes as cycles_passes
 from ..cycles.scene_use import SceneUse
 from ..picture import control_variates
 from ..picture.picture import Picture
 from ..plan import arranged_plan
-from ..plan.cell_plan import CellPlan
 from ..plan.sample_plan import Plan
 
 
 def digest(plan):
-    """What tells plans apart, `Plan` or `CellPlan`, as eight hexadecimal digits."""
+    """What tells plans apart, as eight hexadecimal digits."""
     return f"{zlib.crc32(plan.film):08x}"
-
-
-def drawn(plan, region, samples):
-    """What Cycles draws at the film pixels of a plan, and the period of that, as `control_variates.of_picture` asks.
-
-    Parameters
-    ----------
-    plan : Plan or CellPlan
-    region : Region
-    samples : int
-        Of a pixel's whole sequence.
-
-    Returns
-    -------
-    (callable, int)
-    """
-    if isinstance(plan, CellPlan):
-        return plan.drawn(region), plan.side
-    return arranged_plan.drawn(plan, region, samples), 0
 
 
 def described(use, region, sampled, method, added):
@@ -94,13 +72,11 @@ def taken_out(description, samples, plan_digest, passes, size):
         plan = Plan.in_place(frame_seed, region)
     if digest(plan) != plan_digest:
         return None
-    clean = control_variates.of_picture(use, *drawn(plan, region, samples))
+    clean = control_variates.of_picture(use, arranged_plan.drawn(plan, region, samples))
     if clean is None:
         return passes
     left, bottom = region.corner if size == region.frame else (0, 0)
-    window = (..., slice(bottom, bottom + region.size[1]), slice(left, left + region.size[0]))
+    part = slice(bottom, bottom + region.size[1]), slice(left, left + region.size[0])
     lit = {key: pixels for key, pixels in passes.items() if key[0] not in added}
     picture = Picture(lit, {name: cycles_passes.kind(name) for name, _ in lit}, size)
-    planes = np.array(picture.light)
-    planes[window] = clean(np.ascontiguousarray(planes[window]), 0, samples)
-    return passes | picture.with_light(planes).passes
+    return passes | picture.pasted(clean(picture.cut(part), 0, samples), part).passes
