@@ -57,7 +57,7 @@ def modules(addon: Path = ADDON) -> dict[str, list[str]]:
     found = {wing: [] for wing in WINGS}
     for path in sorted(addon.rglob("*.py")):
         name = _name(path, addon)
-        if name and path.name != "__init__.py":
+        if name and path.name != "__init__.py" and "preset_files" not in path.parts:
             found[_wing(name)].append(name)
     return found
 
@@ -145,7 +145,7 @@ def draw(path: Path) -> str:
     for wing, inside in rooms.items():
         _draw_room(axes, wing, inside)
     for (wing, below), count in counts.items():
-        _draw_arrow(axes, wing, below, count, lanes[wing, below], counts)
+        _draw_arrow(axes, wing, below, count, lanes)
     figure.subplots_adjust(left=0.01, right=0.99, bottom=0.01, top=0.99)
     path.parent.mkdir(parents=True, exist_ok=True)
     figure.savefig(path)
@@ -168,7 +168,7 @@ def _draw_room(axes: Axes, wing: str, inside: list[str]) -> None:
     axes.text(0.22, middle + 0.27, wing, weight="bold", fontsize=11, va="center", color=colour)
     axes.text(_WIDTH - 0.22, middle + 0.27, WINGS[wing], fontsize=8.5, va="center", ha="right", style="italic")
     labels = [name.rpartition(".")[2] for name in inside]
-    for row, line in enumerate(_lines(labels, 92)):
+    for row, line in enumerate(_lines(labels, 104)):
         axes.text(0.22, middle + 0.02 - 0.18 * row, line, fontsize=7.5, va="center")
 
 
@@ -181,13 +181,14 @@ def _lines(words: list[str], length: int) -> list[str]:
     return lines
 
 
-def _draw_arrow(axes: Axes, wing: str, below: str, count: int, lane: int, counts: Counter) -> None:
+def _draw_arrow(axes: Axes, wing: str, below: str, count: int, lanes: dict) -> None:
     """Draw a line out of a room, down its lane and into another room; the number of imports stands where it leaves."""
-    leaving = [pair for pair in counts if pair[0] == wing]
-    coming = [pair for pair in counts if pair[1] == below]
-    start = _middle(wing) + _spread(leaving.index((wing, below)), len(leaving))
-    end = _middle(below) - _spread(coming.index((wing, below)), len(coming))
-    x = _WIDTH + _LANE * (lane + 0.8)
+    leaving = sorted((pair for pair in lanes if pair[0] == wing), key=lanes.get, reverse=True)
+    coming = sorted((pair for pair in lanes if pair[1] == below), key=lanes.get)
+    # Arrows come in through a room's upper half and leave by its lower half; those of outer lanes go around the others.
+    start = _middle(wing) - _spread(leaving.index((wing, below)), len(leaving))
+    end = _middle(below) + _HEIGHT / 2 - _spread(coming.index((wing, below)), len(coming))
+    x = _WIDTH + _LANE * (lanes[wing, below] + 0.8)
     colour, thick = _COLOURS[wing], 0.6 + 0.35 * count**0.5
     axes.plot([_WIDTH - 0.1, x, x], [start, start, end], color=colour, linewidth=thick, solid_capstyle="round")
     axes.annotate(
@@ -200,7 +201,8 @@ def _draw_arrow(axes: Axes, wing: str, below: str, count: int, lane: int, counts
 
 
 def _spread(index: int, count: int) -> float:
-    return 0.8 * _HEIGHT * ((index + 0.5) / count - 0.5)
+    """Return how far below the edge of its half one of several arrows meets a room."""
+    return _HEIGHT / 2 * (index + 0.6) / (count + 0.2)
 
 
 def _lanes(counts: Counter) -> dict[tuple[str, str], int]:
