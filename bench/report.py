@@ -15,10 +15,10 @@ from matplotlib.figure import Figure
 
 from bench import doubts, paper
 from bench.crops import crop
+from bench.doc_parts import write_picture, write_table
 from bench.document import DPI, Heading, Pictures, Plot, Table, page
 from bench.jobs import AUTOMATIC, TABULATED, TILES, Settings, blender_version, engine_state, picture
 from bench.metrics import Ratio
-from bench.doc_parts import write_picture, write_table
 from bench.scene_files import ROOT, scene_file
 from bench.scene_results import COLUMN, COMPARED, LABELS, SCENES, SIGMA, Effort, Results, results
 from bench.table import Progress
@@ -97,7 +97,7 @@ def make(effort: Effort, experiments: paper.Effort, folder: Path, docs: bool) ->
         ),
         *_variants(found),
         *paper.parts(experiments, pictures, progress),
-        Heading("Tiles", "The step test; lower is better. From docs/tiles.md, which generator/README.md says how to make."),
+        Heading("Tiles", "The step test; lower is better. From docs/tiles.md, made as generator/README.md says."),
         tiles_table(),
         Heading(
             "Scene by scene",
