@@ -40,6 +40,8 @@ def unregister():
         if copies:
             start, _ = copies[0]
             start()
+    if not copies:
+        delattr(cycles, _COPIES)
 
 
 def _start():

@@ -6,7 +6,20 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 
-from bench import demo, errors, filters, frames, paper, project, quality, report, scene_results, timing
+from bench import (
+    demo,
+    errors,
+    filters,
+    frames,
+    paper,
+    project,
+    quality,
+    real,
+    real_measuring,
+    report,
+    scene_results,
+    timing,
+)
 from bench.jobs import AUTOMATIC, RenderFailed, Settings
 from bench.reference import QUICK_SAMPLES, SAMPLES
 from bench.scene_files import scene_file
@@ -88,6 +101,22 @@ def _paper(options: argparse.Namespace) -> str:
     return "\n\n".join(map(str, parts))
 
 
+def _real(options: argparse.Namespace) -> str:
+    effort = real_measuring.Effort(
+        options.width or (240 if options.quick else 640),
+        options.samples,
+        options.thresholds,
+        options.seeds,
+        options.repeats,
+        options.reference_samples,
+        20 if options.quick else options.reference_seconds,
+        options.native_only,
+        options.old_times,
+        tuple(options.options),
+    )
+    return real.report(options.folder, options.files, effort, options.json, options.page)
+
+
 def _report(options: argparse.Namespace) -> str:
     if options.quick:
         effort = scene_results.Effort(report.QUICK_SCENES, 128, (1, 4), range(2), 16, 256, (480, 270), 2)
@@ -122,6 +151,22 @@ def _counts(text: str) -> tuple[int, ...]:
     if min(counts) < 1:
         raise argparse.ArgumentTypeError("counts start at 1")
     return counts
+
+
+def _thresholds(text: str) -> tuple[float, ...]:
+    """Parse comma-separated noise thresholds."""
+    thresholds = tuple(float(part) for part in text.split(","))
+    if not all(0.0 < each <= 1.0 for each in thresholds):
+        raise argparse.ArgumentTypeError("thresholds are above 0 and at most 1")
+    return thresholds
+
+
+def _option(text: str) -> tuple[str, str]:
+    """Parse NAME=VALUE."""
+    name, equals, value = text.partition("=")
+    if not (name.isidentifier() and equals):
+        raise argparse.ArgumentTypeError(f"not NAME=VALUE: {text}")
+    return name, value
 
 
 def _bounces(text: str) -> int | None:
@@ -213,6 +258,38 @@ def _parser() -> argparse.ArgumentParser:
     )
     paper_figures.add_argument("--docs", action="store_true", help="renew the spectra and table of the docs too")
     paper_figures.set_defaults(run=_paper)
+
+    files = commands.add_parser("real", help="real .blend files: time to equal error, raw and denoised")
+    files.add_argument("folder", type=Path, metavar="FOLDER", help="with .blend files, also in folders inside")
+    files.add_argument("--files", nargs="+", default=(), metavar="NAME", help="of those in the folder, all if not told")
+    files.add_argument("--quick", action="store_true", help="small pictures and rough references")
+    files.add_argument("--width", type=int, metavar="N", help="of the pictures in pixels, 640 (240 with --quick)")
+    files.add_argument("--samples", type=_counts, default=(1, 4, 16, 64), help="samples a pixel, as in 1,4,16,64")
+    files.add_argument("--thresholds", type=_thresholds, default=(0.1, 0.03), help="noise thresholds, as in .1,.03")
+    files.add_argument("--seeds", type=int, default=1, help="pictures at each setting")
+    files.add_argument("--repeats", type=int, default=1, help="how often each picture is rendered, for its time")
+    files.add_argument("--native-only", action="store_true", help="leave ours out")
+    files.add_argument("--old-times", action="store_true", help="Cycles' renders from any earlier run, not beside ours")
+    files.add_argument("--json", type=Path, metavar="FILE", help="write all figures")
+    files.add_argument("--page", type=Path, metavar="DIR", help="write a page with crops at equal time")
+    files.add_argument(
+        "--reference-samples",
+        type=int,
+        default=real_measuring.Effort.reference_samples,
+        metavar="N",
+        help="largest samples a pixel of each half of a reference",
+    )
+    files.add_argument(
+        "--reference-seconds",
+        type=int,
+        default=real_measuring.Effort.reference_seconds,
+        metavar="S",
+        help=f"processor time of each half of a reference, but at least {real_measuring.FEWEST} samples a pixel",
+    )
+    files.add_argument(
+        "--set", dest="options", nargs="+", type=_option, default=(), metavar="NAME=VALUE", help="settings of ours"
+    )
+    files.set_defaults(run=_real)
 
     page = commands.add_parser("report", parents=[quick], help="one page: figures, curves and pictures against Cycles")
     page.add_argument("--out", type=Path, default=Path("out/report"), metavar="DIR", help="folder of page and pictures")

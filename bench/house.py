@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The house: which wing of the add-on imports which, read from its files, and a picture of that.
 
-`WINGS` is the rule: each imports only what stands below it.  `tests/bench/test_house.py` holds the tree to it.
+`WINGS` is the rule: each imports only what stands below it.  `tests/test_house.py` holds the tree to it.
 """
 
 import ast
@@ -31,9 +31,6 @@ WINGS = {
     "cycles": "what is known of Cycles",
     "blender": "what is needed of Blender",
 }
-
-#: Wings that work on arrays alone.
-PURE = ("picture", "plan")
 
 
 @dataclass(frozen=True)
@@ -81,21 +78,6 @@ def arrows(addon: Path = ADDON) -> list[Arrow]:
             if imported and imported != importer:
                 found.append(Arrow(importer, _wing(importer), imported, _wing(imported)))
     return found
-
-
-def imports_blender(path: Path) -> bool:
-    """Tell whether a file imports one of Blender's own modules."""
-    theirs = {"bpy", "_bpy", "_cycles", "cycles", "mathutils", "gpu", "blf"}
-    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
-        if isinstance(node, ast.Import):
-            named = [alias.name for alias in node.names]
-        elif isinstance(node, ast.ImportFrom) and not node.level:
-            named = [node.module]
-        else:
-            continue
-        if theirs & {name.partition(".")[0] for name in named}:
-            return True
-    return False
 
 
 def _relative_imports(path: Path, package: str, names: set[str]) -> Iterator[str]:

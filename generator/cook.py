@@ -41,7 +41,15 @@ def cook(count, dims, rng):
     return points
 
 
-def cook_pixels(size, dims, samples, rng):
-    """Return values whose n samples of each pixel are Cook's; parameters and result as in `generator.white`."""
-    pixels = [cook(samples, dims, rng) for _ in range(size * size)]
-    return np.reshape(pixels, (size, size, samples, len(dims)))
+def cook_pixels(size, dims, samples, rng, progress=None):
+    """Return values whose n samples of each pixel are Cook's; parameters and result as in `generator.white`.
+
+    `progress` is called as ``progress(done, total)`` after each row.
+    """
+    values = np.empty((size, size, samples, len(dims)))
+    for row in range(size):
+        for column in range(size):
+            values[row, column] = cook(samples, dims, rng)
+        if progress:
+            progress(row + 1, size)
+    return values

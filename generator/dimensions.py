@@ -7,6 +7,8 @@ marginal distribution (section 8) is the distribution of one group's values.
 
 from itertools import combinations
 
+from .messages import quoted
+
 DIMENSIONS = (
     "t",
     "lens.u",
@@ -42,15 +44,15 @@ def check_dims(dims):
         If there is no name, a name is unknown, or a name comes twice.
     """
     if isinstance(dims, str):
-        raise ValueError(f"dims: expected a sequence of names, got the string {dims!r}")
+        raise ValueError(f"dims: expected a sequence of names, got the string {quoted(dims)}")
     dims = tuple(dims)
     if not dims:
         raise ValueError(f"dims: expected at least one of {', '.join(DIMENSIONS)}, got none")
     for dim in dims:
         if dim not in DIMENSIONS:
-            raise ValueError(f"dims: expected names out of {', '.join(DIMENSIONS)}, got {dim!r}")
+            raise ValueError(f"dims: expected names out of {', '.join(DIMENSIONS)}, got {quoted(dim)}")
     if len(set(dims)) != len(dims):
-        raise ValueError(f"dims: expected each name at most once, got {', '.join(dims)}")
+        raise ValueError(f"dims: expected each name at most once, got {quoted(', '.join(dims))}")
     return dims
 
 

@@ -7,6 +7,9 @@ pair hits in addition each cell of a T x T grid once.
 import numpy as np
 
 _SWEEPS = 3000
+REPORTS = 30
+"""How many times `stratify_square` reports."""
+
 _REACH = 2  # cells
 _TEMPERATURE = 2.0  # of the annealing, in squared cells
 
@@ -35,7 +38,7 @@ def stratify_line(values):
     return (ranks(values) + 0.5) / len(values)
 
 
-def _assign_cells(points, side):
+def _assign_cells(points, side, report):
     """Return which point goes to which cell of a `side` x `side` grid: indices, shape (column, row).
 
     Start: columns by the first coordinate, rows by the second. Then annealing: random pairs of cells a few cells apart
@@ -47,6 +50,8 @@ def _assign_cells(points, side):
     rng = np.random.default_rng(0)
     column, row = np.meshgrid(np.arange(side), np.arange(side), indexing="ij")
     for sweep in range(_SWEEPS):
+        if report and (sweep + 1) % (_SWEEPS // REPORTS) == 0:
+            report()
         right, up = rng.integers(0, _REACH + 1), rng.integers(-_REACH, _REACH + 1)
         if right == up == 0:
             continue
@@ -65,12 +70,14 @@ def _assign_cells(points, side):
     return cells
 
 
-def stratify_square(points):
+def stratify_square(points, report=None):
     """Move N = k*k points so that every cell of a k x k grid and every of the N strata of each axis holds one.
 
     Parameters
     ----------
     points : ndarray, shape (N, 2)
+    report : callable, optional
+        Called `REPORTS` times in between.
 
     Returns
     -------
@@ -79,7 +86,7 @@ def stratify_square(points):
     """
     count = len(points)
     side = round(count**0.5)
-    cells = _assign_cells(points, side)
+    cells = _assign_cells(points, side, report)
     result = np.empty((count, 2))
     # Within a column the N strata of the first axis go by the first coordinate; likewise rows and the second axis.
     result[cells, 0] = (side * np.arange(side)[:, None] + ranks(points[cells, 0], axis=1) + 0.5) / count

@@ -8,12 +8,13 @@ farthest from the samples that surround it (the idea of section 4).
 
 import numpy as np
 
-from .tile import check_size
+from .messages import quoted
+from .scanning import check_candidates
 
 CANDIDATES = 32
 
 
-def film_positions(size, dims, samples, rng, candidates=CANDIDATES):
+def film_positions(size, dims, samples, rng, candidates=CANDIDATES, progress=None):
     """Return positions inside the pixels of a periodic film.
 
     Parameters
@@ -27,6 +28,8 @@ def film_positions(size, dims, samples, rng, candidates=CANDIDATES):
     rng : numpy.random.Generator
     candidates : int
         Jittered candidates a sample; 1 is plain jitter.
+    progress : callable, optional
+        Called as ``progress(done, total)`` after each row.
 
     Returns
     -------
@@ -38,9 +41,9 @@ def film_positions(size, dims, samples, rng, candidates=CANDIDATES):
     ValueError
         If `dims` are others.
     """
-    candidates = check_size("candidates", candidates)
+    candidates = check_candidates(candidates, samples)
     if dims != ("film.x", "film.y"):
-        raise ValueError(f"dims: expected film.x, film.y for film positions, got {', '.join(dims)}")
+        raise ValueError(f"dims: expected film.x, film.y for film positions, got {quoted(', '.join(dims))}")
     values = np.full((size, size, samples, 2), np.inf)  # infinitely far: not yet there
     offsets = np.array([(dx, dy) for dy in (-1, 0, 1) for dx in (-1, 0, 1)])
     for layer in range(samples):
@@ -51,4 +54,6 @@ def film_positions(size, dims, samples, rng, candidates=CANDIDATES):
                 drawn = rng.random((candidates, 2))
                 distance = ((drawn[:, None] - near) ** 2).sum(axis=2).min(axis=1)
                 values[row, column, layer] = drawn[np.argmax(distance)]
+            if progress:
+                progress(layer * size + row + 1, samples * size)
     return values

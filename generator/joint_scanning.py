@@ -16,8 +16,7 @@ alone .48 | .52 | .55, marginals alone .22 | .41 | .53).
 import numpy as np
 
 from .dimensions import groups
-from .scanning import Scan, best, smallest_distance
-from .tile import check_size
+from .scanning import Scan, best, check_candidates, smallest_distance
 
 CANDIDATES = 1000
 """More than the 100 of a single group, because several sieves share them."""
@@ -40,13 +39,13 @@ def scan_jointly(size, dims, samples, rng, sieves, candidates=CANDIDATES, progre
     candidates : int
         How many are drawn.
     progress : callable, optional
-        Called as ``progress(done, total)`` after each row.
+        Called as ``progress(done, total)`` after each cell.
 
     Returns
     -------
     ndarray of float64, shape (size, size, samples, len(dims)), in [0, 1)
     """
-    candidates = check_size("candidates", candidates)
+    candidates = check_candidates(candidates, samples)
     kept = np.round(candidates ** (1 - np.arange(1, len(sieves) + 1) / len(sieves))).astype(int)
     scan = Scan(size, samples, len(dims))
     for cell in scan.cells(progress):

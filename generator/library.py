@@ -9,6 +9,7 @@ of a tile of four, the error after a Gaussian of one pixel is larger (t .166, li
 from dataclasses import dataclass
 from pathlib import Path
 
+from .messages import one_line, quoted
 from .methods import make_tile
 from .tile import GENERATOR_VERSION
 from .tile_file import load_tile, save_tile
@@ -103,7 +104,7 @@ def make_library(folder, only=None, progress=None, say=print):
     names = {recipe.name: recipe for recipe in RECIPES}
     for name in only or ():
         if name not in names:
-            raise ValueError(f"only: expected names out of {', '.join(names)}, got {name!r}")
+            raise ValueError(f"only: expected names out of {one_line(', '.join(names), 110)}, got {quoted(name)}")
     folder = Path(folder)
     folder.mkdir(parents=True, exist_ok=True)
     wanted = [recipe for recipe in RECIPES if not only or recipe.name in only]
@@ -112,7 +113,10 @@ def make_library(folder, only=None, progress=None, say=print):
         if recipe not in todo:
             say(f"{recipe.name}: is there")
     for index, recipe in enumerate(todo):
-        report = progress and (lambda done, _, before=index * STEPS: progress(before + done, len(todo) * STEPS))
+
+        def report(done, total, before=index * STEPS):
+            progress(before + STEPS * done // total, len(todo) * STEPS)
+
         path = folder / f"{recipe.name}.npz"
-        save_tile(recipe.make(report), path)
+        save_tile(recipe.make(progress and report), path)
         say(f"{recipe.name}: {path.stat().st_size / 1e6:.2f} MB")

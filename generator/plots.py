@@ -1,11 +1,12 @@
 """Pictures of a tile. Needs matplotlib, which is imported when a picture is asked for."""
 
+import zlib
 from importlib import import_module
 from pathlib import Path
 
 import numpy as np
 
-from .atomic_file import replacing
+from .atomic_file import check_writable, written_whole
 from .dimensions import groups
 from .periodogram import error_periodogram
 from .step_test import error_images
@@ -14,6 +15,9 @@ from .test_functions import draw
 _DPI = 110
 _STEPS = 64
 _BINS = 32
+
+LARGEST = 512
+"""Side of a tile that is drawn, at most; with several samples, the same number of values."""
 
 
 def _figure(rows, columns, side=3.0):
@@ -110,14 +114,31 @@ FIGURES = {
 }
 
 
-def save_figures(tile, stem):
+def _check_png(path):
+    """Raise a ValueError unless a file is a PNG image to its end."""
+    data = path.read_bytes()
+    at, kind = 8, b""
+    while data[:8] == b"\x89PNG\r\n\x1a\n" and kind != b"IEND" and at + 12 <= len(data):
+        length = int.from_bytes(data[at : at + 4])
+        kind = data[at + 4 : at + 8]
+        if zlib.crc32(data[at + 4 : at + 8 + length]).to_bytes(4) != data[at + 8 + length : at + 12 + length]:
+            break
+        at += 12 + length
+    if kind != b"IEND" or at != len(data):
+        raise ValueError("expected a PNG image, got a damaged one")
+
+
+def save_figures(tile, stem, progress=None):
     """Write all figures as PNG files.
 
     Parameters
     ----------
     tile : Tile
-    stem : Path
+        At most `LARGEST` pixels a side and as many values a dimension.
+    stem : str or Path
         ``out/tile`` gives ``out/tile-values.png`` and so on.
+    progress : callable, optional
+        Called as ``progress(done, total)`` after each figure.
 
     Returns
     -------
@@ -126,14 +147,19 @@ def save_figures(tile, stem):
     Raises
     ------
     ValueError
-        If matplotlib is missing.
+        If the tile is too large, or matplotlib is missing.
     OSError
         If a file cannot be written.
     """
-    paths = []
-    for name, figure in FIGURES.items():
-        path = Path(f"{stem}-{name}.png")
-        with replacing(path) as temporary:
-            figure(tile).savefig(temporary, dpi=_DPI)
-        paths.append(path)
+    if tile.size**2 * tile.samples > LARGEST**2:
+        raise ValueError(f"plot: expected at most {LARGEST**2} pixels times samples, got {tile.size**2 * tile.samples}")
+    paths = [Path(f"{stem}-{name}.png") for name in FIGURES]
+    for path in paths:
+        check_writable(path)
+    for index, (path, figure) in enumerate(zip(paths, FIGURES.values(), strict=True)):
+        drawn = figure(tile)
+        with written_whole(path, _check_png) as temporary:
+            drawn.savefig(temporary, dpi=_DPI)
+        if progress:
+            progress(index + 1, len(paths))
     return paths

@@ -3,20 +3,28 @@
 import time
 
 
+def part_of(progress, index, count):
+    """Return what reports the progress of one of `count` equal parts as that of the whole; None if `progress` is."""
+    return progress and (lambda done, total: progress(index * total + done, count * total))
+
+
 class ProgressBar:
     """Writes one line that overwrites itself; calling the object moves the bar.
+
+    Where the stream is no terminal, as on a farm, it writes a line of its own every `PATIENCE` seconds instead, unless
+    somebody else is told.
 
     Parameters
     ----------
     stream : text file
-        Where to write; nothing is written unless it is a terminal.
     interval : float
-        Seconds between two updates.
+        Seconds between two updates in a terminal.
     tell : callable, optional
         Is given the part that is done, 0 to 1, at every call.
     """
 
     WIDTH = 30
+    PATIENCE = 10.0
 
     def __init__(self, stream, interval=0.2, tell=None):
         self.stream = stream
@@ -31,7 +39,13 @@ class ProgressBar:
         if self.tell is not None:
             self.tell(done / total)
         now = time.monotonic()
-        if self.stream.isatty() and (now - self._shown >= self.interval or done == total):
+        if not self.stream.isatty():
+            if self.tell is None and now - self._shown >= self.PATIENCE:
+                self._shown = now
+                self.stream.write(f"generator: {self.reached()}\n")
+                self.stream.flush()
+            return
+        if now - self._shown >= self.interval or done == total:
             self._shown = now
             filled = self.WIDTH * done // total
             left = (now - self._start) * (total - done) / max(done, 1)

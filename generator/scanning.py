@@ -14,6 +14,8 @@ tile can be replicated; and a cell's earlier samples, where there are several, c
 import numpy as np
 
 from .dimensions import groups
+from .progress import part_of
+from .tile import check_size
 
 
 def neighbour_offsets():
@@ -60,8 +62,9 @@ class Scan:
             for row in reversed(range(self.size)):
                 for column in range(self.size):
                     yield layer, row, column
-                if progress:
-                    progress((layer + 1) * self.size - row, layers * self.size)
+                    if progress:
+                        done = ((layer + 1) * self.size - row - 1) * self.size + column + 1
+                        progress(done, layers * self.size**2)
 
     def neighbours(self, layer, row, column):
         """Return the values of the P-cells and of the S-cells that have one."""
@@ -87,6 +90,20 @@ def best(candidates, distance, keep):
 CANDIDATES, SECONDARY = 100, 10
 """The paper's numbers of primary and secondary candidates."""
 
+MOST_CANDIDATES = 10_000
+"""Candidates of a sample, at most; a tenth of a second for a cell with few samples."""
+
+_MOST_COMPARED = 100_000  # candidates times samples of a pixel, which are compared with one another
+
+
+def check_candidates(candidates, samples):
+    """Return the number of candidates as an int, or raise a ValueError if it is none or too large."""
+    candidates = check_size("candidates", candidates, maximum=MOST_CANDIDATES)
+    if candidates * samples > _MOST_COMPARED:
+        most = _MOST_COMPARED // samples
+        raise ValueError(f"candidates: expected at most {most} with {samples} samples a pixel, got {candidates}")
+    return candidates
+
 
 def scan_group(size, d, samples, rng, candidates=CANDIDATES, secondary=SECONDARY, progress=None):
     """Fill a tile for one group of parameters (sections 6 and 7).
@@ -103,7 +120,7 @@ def scan_group(size, d, samples, rng, candidates=CANDIDATES, secondary=SECONDARY
     candidates, secondary : int
         Primary candidates drawn, and how many of them become secondary ones.
     progress : callable, optional
-        Called as ``progress(done, total)`` after each row.
+        Called as ``progress(done, total)`` after each cell.
 
     Returns
     -------
@@ -114,8 +131,8 @@ def scan_group(size, d, samples, rng, candidates=CANDIDATES, secondary=SECONDARY
     ValueError
         If there are no candidates, or more secondary than primary ones.
     """
-    if not 1 <= secondary <= candidates:
-        raise ValueError(f"secondary: expected from 1 to {candidates} of the candidates, got {secondary!r}")
+    candidates = check_candidates(candidates, samples)
+    secondary = check_size("secondary", secondary, maximum=candidates)
     scan = Scan(size, samples, d)
     for cell in scan.cells(progress):
         near, far = scan.neighbours(*cell)
@@ -133,9 +150,6 @@ def scanning(size, dims, samples, rng, candidates=CANDIDATES, secondary=SECONDAR
     values = np.empty((size, size, samples, len(dims)))
     parts = groups(dims).values()
     for index, columns in enumerate(parts):
-
-        def report(done, total, index=index):
-            progress(index * total + done, len(parts) * total)
-
-        values[..., columns] = scan_group(size, len(columns), samples, rng, candidates, secondary, progress and report)
+        report = part_of(progress, index, len(parts))
+        values[..., columns] = scan_group(size, len(columns), samples, rng, candidates, secondary, report)
     return values

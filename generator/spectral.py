@@ -15,8 +15,9 @@ import numpy as np
 
 from .dimensions import marginal_subsets
 from .layer_views import frame_views, prefix_views
+from .messages import one_line, quoted
 from .strata import Strata
-from .tile import check_size
+from .tile import check_shape, check_size
 from .visible_error import VisibleError, passbands
 
 SCALES = {0.0: 0.1, 1.0: 1.0, 2.0: 0.5, 4.0: 0.3}
@@ -27,6 +28,18 @@ FRAME_SCALES = SCALES | {0.0: 7.0}
 """The same for frames, where the error inside a pixel is what flickers."""
 
 STEPS = 4000
+MOST_STEPS = 1_000_000
+MOST_FRAMES = 256
+MOST_POINTS = 1 << 18
+"""Pixels times samples or frames, at most: 512 x 512, or 128 x 128 of 16. A step takes seconds there and 1 GB."""
+
+MOST_SIDE_TIMES_FRAMES = 1 << 12
+"""Pixels a side times frames, at most, since every frame is looked at together with all others."""
+
+LARGEST_WEIGHT = 1e6
+LARGEST_SIGMA = 1024.0
+"""Standard deviation of a filter in pixels, at most."""
+
 FIRST_STEP, FIRST_STEP_OF_MANY, LAST_STEP = 0.2, 0.05, 0.0002
 """Step sizes in units of the cube's side, geometric in between; layers that are looked at together begin with less."""
 
@@ -47,9 +60,11 @@ def _subset_weights(dims, weights):
     subsets = marginal_subsets(dims)
     for label, weight in (weights or {}).items():
         if label not in subsets:
-            raise ValueError(f"weights: expected subsets out of {', '.join(subsets)}, got {label!r}")
-        if not 0 <= weight < np.inf:
-            raise ValueError(f"weights: expected a number that is not negative for {label}, got {weight!r}")
+            raise ValueError(
+                f"weights: expected subsets out of {one_line(', '.join(subsets), 80)}, got {quoted(label)}"
+            )
+        if not 0 <= weight <= LARGEST_WEIGHT:
+            raise ValueError(f"weights: expected a number from 0 to {LARGEST_WEIGHT:g} for {label}, got {weight!r}")
     weighted = [(columns, float((weights or {}).get(label, 1))) for label, columns in subsets.items()]
     if not any(weight for _, weight in weighted):
         raise ValueError("weights: expected a positive one, got only zeros")
@@ -58,8 +73,9 @@ def _subset_weights(dims, weights):
 
 def _check_scales(scales):
     for sigma, weight in scales.items():
-        if not (0 <= sigma < np.inf and 0 <= weight < np.inf):
-            raise ValueError(f"scales: expected sigma and weight not negative, got {sigma!r}: {weight!r}")
+        if not (0 <= sigma <= LARGEST_SIGMA and 0 <= weight <= LARGEST_WEIGHT):
+            bounds = f"sigma from 0 to {LARGEST_SIGMA:g} and weight from 0 to {LARGEST_WEIGHT:g}"
+            raise ValueError(f"scales: expected {bounds}, got {sigma!r}: {weight!r}")
     if not any(sigma and weight for sigma, weight in scales.items()):
         raise ValueError("scales: expected a positive sigma with a positive weight, got none")
 
@@ -73,6 +89,7 @@ def _descend(error, strata, layers, pixels, rng, steps, first, progress):
     free = strata.nearest(free).astype(np.float32)
     mean = np.zeros_like(free)
     square = np.zeros_like(free)
+    total = steps + strata.final_reports(layers)
     with ThreadPoolExecutor(_THREADS) as threads:
         for step in range(steps):
             points = strata.nearest(free).astype(np.float32)
@@ -84,8 +101,9 @@ def _descend(error, strata, layers, pixels, rng, steps, first, progress):
             free -= step_size * mean / (np.sqrt(square / (1 - _SCALING ** (step + 1))) + 1e-12)
             _reflect(free)
             if progress:
-                progress(step + 1, steps)
-    return strata.final(free)
+                progress(step + 1, total)
+    finishing = iter(range(steps + 1, total + 1))
+    return strata.final(free, progress and (lambda: progress(next(finishing), total)))
 
 
 def spectral(size, dims, samples, rng, frames=1, weights=None, scales=None, steps=STEPS, progress=None):
@@ -109,7 +127,7 @@ def spectral(size, dims, samples, rng, frames=1, weights=None, scales=None, step
     steps : int
         Steps of gradient descent.
     progress : callable, optional
-        Called as ``progress(done, total)`` after each step.
+        Called as ``progress(done, total)`` after each step, and some times while the result is stratified.
 
     Returns
     -------
@@ -124,9 +142,19 @@ def spectral(size, dims, samples, rng, frames=1, weights=None, scales=None, step
     ValueError
         If an argument is not as described.
     """
-    frames, steps = check_size("frames", frames), check_size("steps", steps)
+    frames = check_size("frames", frames, maximum=MOST_FRAMES)
+    steps = check_size("steps", steps, maximum=MOST_STEPS)
     if frames > 1 and samples > 1:
         raise ValueError(f"frames: expected 1 with {samples} samples a pixel, got {frames}")
+    if size * size * samples * frames > MOST_POINTS:
+        raise ValueError(
+            f"size: expected at most {MOST_POINTS} pixels times samples or frames, got {size} pixels a side"
+        )
+    if frames > 1 and size * frames > MOST_SIDE_TIMES_FRAMES:
+        raise ValueError(
+            f"frames: expected at most {MOST_SIDE_TIMES_FRAMES // size} of {size} pixels a side, got {frames}"
+        )
+    check_shape((size, size, samples * frames, len(dims)), len(dims))
     if scales is None:
         scales = SCALES if frames == 1 else FRAME_SCALES
     _check_scales(scales)

@@ -68,7 +68,11 @@ def empty_cells(points):
 
 def correlations(values):
     """Return the correlation matrix of the dimensions over all samples, shape (D, D) (section 2: to be avoided)."""
-    return np.atleast_2d(np.corrcoef(np.asarray(values, dtype=float).reshape(-1, values.shape[-1]).T))
+    points = np.asarray(values, dtype=float).reshape(-1, values.shape[-1])
+    if len(points) == 1:
+        return np.full((points.shape[1],) * 2, np.nan)
+    with np.errstate(invalid="ignore", divide="ignore"):  # of a dimension that is constant: not a number
+        return np.atleast_2d(np.corrcoef(points.T))
 
 
 def summary(tile):

@@ -10,11 +10,17 @@ import numpy as np
 
 from .dimensions import marginal_subsets
 from .low_pass import filtered_power, gaussian_response
+from .progress import part_of
 from .test_functions import draw
 from .tile import check_size
 
 SIGMAS = (1.0, 2.0, 4.0)
+MOST_FUNCTIONS = 100_000
+LARGEST_SIGMA = 1024.0
+"""Standard deviation of a filter in pixels, at most."""
+
 _BATCH = 64
+_LARGEST_BATCH = 1 << 24  # functions times values of a tile; fewer functions at a time where it is larger
 
 
 def error_images(functions, values):
@@ -31,11 +37,18 @@ def error_images(functions, values):
         Mean over each pixel's samples, minus the expectation.
     """
     size, _, samples, d = values.shape
-    images = functions.evaluate(np.asarray(values, dtype=np.float64).reshape(-1, d))
-    return images.reshape(-1, size, size, samples).mean(axis=3) - functions.mean[:, None, None]
+    pixels = np.asarray(values, dtype=np.float64).reshape(-1, samples, d)
+    count = len(functions.mean)
+    images = np.empty((count, size * size))
+    at_once = max(1, _LARGEST_BATCH // (count * samples))  # all pixels, unless the tile is large
+    for start in range(0, size * size, at_once):
+        part = pixels[start : start + at_once]
+        evaluated = functions.evaluate(part.reshape(-1, d)).reshape(count, -1, samples)
+        images[:, start : start + at_once] = evaluated.mean(axis=2)
+    return images.reshape(count, size, size) - functions.mean[:, None, None]
 
 
-def relative_error(values, sigmas=SIGMAS, functions=400, seed=0, kind="step"):
+def relative_error(values, sigmas=SIGMAS, functions=400, seed=0, kind="step", progress=None):
     """Return the filtered error of one set of columns relative to white noise.
 
     Parameters
@@ -50,6 +63,8 @@ def relative_error(values, sigmas=SIGMAS, functions=400, seed=0, kind="step"):
         Seed of the functions.
     kind : {'step', 'bump', 'product'}
         See `generator.test_functions`.
+    progress : callable, optional
+        Called as ``progress(done, total)`` after some functions.
 
     Returns
     -------
@@ -59,27 +74,30 @@ def relative_error(values, sigmas=SIGMAS, functions=400, seed=0, kind="step"):
     Raises
     ------
     ValueError
-        If `functions` is not positive, `seed` is negative, a sigma is not a number from 0 up, or `kind` is unknown.
+        If `functions`, `seed` or a sigma is out of bounds, or `kind` is unknown.
     """
-    functions = check_size("functions", functions)
+    functions = check_size("functions", functions, maximum=MOST_FUNCTIONS)
     for sigma in sigmas:
-        if not 0 <= sigma < np.inf:
-            raise ValueError(f"sigmas: expected numbers that are not negative, got {sigma!r}")
+        if not 0 <= sigma <= LARGEST_SIGMA:
+            raise ValueError(f"sigmas: expected numbers from 0 to {LARGEST_SIGMA:g}, got {sigma!r}")
     size, _, samples, d = values.shape
     rng = np.random.default_rng(check_size("seed", seed, minimum=0))
     responses = [gaussian_response(size, sigma) for sigma in sigmas]
     power = np.zeros(len(responses))
     white = np.zeros(len(responses))
-    for start in range(0, functions, _BATCH):
-        family = draw(kind, min(_BATCH, functions - start), d, rng)
+    batch = max(1, min(_BATCH, _LARGEST_BATCH // (size * size)))
+    for start in range(0, functions, batch):
+        family = draw(kind, min(batch, functions - start), d, rng)
         images = error_images(family, values)
         for index, response in enumerate(responses):
             power[index] += filtered_power(images, response).sum()
             white[index] += family.variance.sum() / samples * np.mean(response**2)
+        if progress:
+            progress(min(start + batch, functions), functions)
     return power / white
 
 
-def step_test(tile, sigmas=SIGMAS, functions=400, seed=0, kind="step"):
+def step_test(tile, sigmas=SIGMAS, functions=400, seed=0, kind="step", progress=None):
     """Return the step test's table for every marginal subset of a tile.
 
     Returns
@@ -88,7 +106,9 @@ def step_test(tile, sigmas=SIGMAS, functions=400, seed=0, kind="step"):
         Subset label (see `generator.dimensions.marginal_subsets`) to relative errors; parameters as in
         `relative_error`.
     """
-    return {
-        label: relative_error(tile.values[..., list(columns)], sigmas, functions, seed, kind)
-        for label, columns in marginal_subsets(tile.dims).items()
-    }
+    subsets = marginal_subsets(tile.dims)
+    table = {}
+    for label, columns in subsets.items():
+        report = part_of(progress, len(table), len(subsets))
+        table[label] = relative_error(tile.values[..., list(columns)], sigmas, functions, seed, kind, report)
+    return table

@@ -3,7 +3,7 @@
 import math
 
 from .dimensions import groups
-from .equal_strata import stratify_line, stratify_square
+from .equal_strata import REPORTS, stratify_line, stratify_square
 from .owen_nets import OwenNets
 
 RUN = 4
@@ -51,15 +51,23 @@ class Strata:
                     layer[:, column] = stratify_line(layer[:, column])
         return result
 
-    def final(self, points):
+    def _pairs(self):
+        """Return the columns of each pair of dimensions that `final` puts on a grid."""
+        pairs = [list(columns) for columns in groups(self.dims).values() if len(columns) == 2]
+        return pairs if self.layers_stand_alone else []
+
+    def final_reports(self, layers):
+        """Return how many times `final` reports for so many layers."""
+        return layers * len(self._pairs()) * REPORTS
+
+    def final(self, points, report=None):
         """Return the same with pairs stratified too, on a grid in every layer that stands alone.
 
-        The grid is not part of `nearest` because points jump between its rows: descending through it failed.
+        The grid is not part of `nearest` because points jump between its rows: descending through it failed. It takes
+        its time on large tiles, so `report` is called now and then.
         """
         result = self.nearest(points)
-        if self.layers_stand_alone:
-            pairs = [list(columns) for columns in groups(self.dims).values() if len(columns) == 2]
-            for layer in result:
-                for columns in pairs:
-                    layer[:, columns] = stratify_square(layer[:, columns])
+        for layer in result:
+            for columns in self._pairs():
+                layer[:, columns] = stratify_square(layer[:, columns], report)
         return result

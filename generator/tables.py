@@ -3,14 +3,16 @@
 import numpy as np
 
 from .dimensions import marginal_subsets
+from .messages import one_line
 from .periodogram import cylinder_power
+from .progress import part_of
 from .statistics import correlations, summary
 from .step_test import relative_error, step_test
 
 
-def step_test_lines(tile, sigmas, functions, seed, kind):
+def step_test_lines(tile, sigmas, functions, seed, kind, progress=None):
     """Return the step test of a tile as lines of text; 1 is white noise, lower is better."""
-    table = step_test(tile, sigmas, functions, seed, kind)
+    table = step_test(tile, sigmas, functions, seed, kind, progress)
     width = max(map(len, table))
     lines = ["  ".join([" " * width, *(f"sigma {sigma:g}" for sigma in sigmas)])]
     for label, errors in table.items():
@@ -18,14 +20,14 @@ def step_test_lines(tile, sigmas, functions, seed, kind):
     return lines
 
 
-def comparison_lines(tiles, sigmas, functions, seed, kind):
+def comparison_lines(tiles, sigmas, functions, seed, kind, progress=None):
     """Return the step tests of several tiles side by side as a Markdown table; the lowest errors are bold.
 
     Parameters
     ----------
     tiles : dict of str to Tile
         Heading to tile; only the dimensions that all of them have are compared.
-    sigmas, functions, seed, kind
+    sigmas, functions, seed, kind, progress
         As in `generator.step_test.relative_error`.
 
     Raises
@@ -42,17 +44,21 @@ def comparison_lines(tiles, sigmas, functions, seed, kind):
         f"Step test: mean square error of {functions} functions ({kind}, seed {seed}) after Gaussians of {scales} "
         "pixels; white noise is 1, the lowest error is bold.",
         "",
-        f"| sigma {scales} | " + " | ".join(tiles) + " |",
+        f"| sigma {scales} | " + " | ".join(one_line(name, 60).replace("|", "\\|") for name in tiles) + " |",
         "|---" * (len(tiles) + 1) + "|",
     ]
-    for label, columns in marginal_subsets(dims).items():
+    subsets = marginal_subsets(dims)
+    for row, (label, columns) in enumerate(subsets.items()):
         names = [dims[column] for column in columns]
-        errors = [relative_error(tile.columns(*names), sigmas, functions, seed, kind) for tile in tiles.values()]
+        errors = []
+        for index, tile in enumerate(tiles.values()):
+            report = part_of(progress, row * len(tiles) + index, len(subsets) * len(tiles))
+            errors.append(relative_error(tile.columns(*names), sigmas, functions, seed, kind, report))
         lowest = np.min(errors, axis=0)
         marks = np.where(errors == lowest, "**", "")
         cells = [
-            " ".join(f"{mark}{error:.3f}{mark}" for error, mark in zip(*row, strict=True))
-            for row in zip(errors, marks, strict=True)
+            " ".join(f"{mark}{error:.3f}{mark}" for error, mark in zip(*both, strict=True))
+            for both in zip(errors, marks, strict=True)
         ]
         lines.append(f"| {label} | " + " | ".join(cells) + " |")
     return lines

@@ -21,6 +21,7 @@ _PAUSE = 0.02
 _TURN = 0.1
 
 _calls = queue.SimpleQueue()
+_is_served = False
 
 
 class _Call:
@@ -48,6 +49,7 @@ def run(function, engine):
     function : callable
     engine : bpy.types.RenderEngine
         If the user cancels its render, the main thread may be waiting for its end: the function is called here then.
+        So it is when the extension was disabled, and nobody serves the queue.
 
     Raises
     ------
@@ -60,7 +62,7 @@ def run(function, engine):
     call = _Call(function)
     _calls.put(call)
     while not call.is_done.wait(_PAUSE):
-        if engine.test_break():
+        if not _is_served or engine.test_break():
             call.run()
     if call.error:
         raise call.error
@@ -78,8 +80,12 @@ def _serve():
 
 
 def register():
+    global _is_served
+    _is_served = True
     bpy.app.timers.register(_serve, persistent=True)
 
 
 def unregister():
+    global _is_served
+    _is_served = False
     bpy.app.timers.unregister(_serve)

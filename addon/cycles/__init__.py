@@ -1,2 +1,22 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """What is known of Cycles: its random numbers, cameras, passes, settings and denoiser."""
+
+__all__ = [
+    "aperture",
+    "camera_film",
+    "cell_camera",
+    "clipping",
+    "denoiser",
+    "dicing",
+    "exposure",
+    "osl_camera",
+    "passes",
+    "plan_image",
+    "random_numbers",
+    "sampling",
+    "scene_analysis",
+    "scene_use",
+    "session",
+    "shading",
+    "shared_sequence",
+]

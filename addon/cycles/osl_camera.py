@@ -54,6 +54,13 @@ def check(scene, camera):
             f'Camera "{camera.name}" has a custom lens (OSL), whose place the camera of Spectral Tiles has to take; '
             "use another lens type, or set Method to In Place"
         )
+    lens = camera.data.dof
+    is_flat = camera.data.type == "ORTHO" and camera.data.ortho_scale == 0.0
+    if is_flat or (lens.use_dof and lens.aperture_fstop == 0.0):
+        raise Refused(
+            f'Camera "{camera.name}" has an Orthographic Scale or an F-Stop of zero, which Gather does not render '
+            "exactly; raise it, or set Method to In Place"
+        )
     if camera.data.type == "PERSP" and _is_stereo(scene.render) and camera.data.stereo.use_spherical_stereo:
         raise Refused(
             f'Camera "{camera.name}" is a perspective one with Spherical Stereo, which Spectral Tiles cannot render; '

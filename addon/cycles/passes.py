@@ -30,7 +30,7 @@ class Kind(enum.Enum):
     SAMPLE_COUNT = enum.auto()
 
 
-#: Names of the passes of that kind, of which no AOV is one.
+#: Names of the passes of that kind.
 FIRST_SAMPLE = {"Depth", "Position", "Object Index", "Material Index"}
 _MEAN = {"Normal", "Vector", "UV", "Render Time"}
 _SAMPLE_COUNT = "Debug Sample Count"
@@ -50,9 +50,19 @@ def divisor(name):
     return _DIVIDED.get(name)
 
 
-def kind(name, is_aov=False):
-    """The `Kind` of a pass by its name, which says nothing if it is an AOV's."""
-    if is_aov:
+def kind(name, aov=None):
+    """The `Kind` of a pass.
+
+    Parameters
+    ----------
+    name : str
+    aov : str, optional
+        COLOR or VALUE if it is an AOV's.  Its name then says nothing, but where Cycles itself finds a pass of its own
+        under it: those of four channels for colours, nearly all for values.
+    """
+    if aov == "COLOR" and name != "Vector" and name[:-2] not in _CRYPTOMATTES:
+        return Kind.COLOUR
+    if aov == "VALUE" and name in {"Render Time", _SAMPLE_COUNT}:
         return Kind.COLOUR
     if name in FIRST_SAMPLE:
         return Kind.FIRST_SAMPLE
@@ -77,13 +87,13 @@ def kinds(layer, names):
     -------
     dict of str to Kind
     """
-    aovs = aov_names(layer)
-    return {name: kind(name, name in aovs) for name in names}
+    types = aov_types(layer)
+    return {name: kind(name, types.get(name)) for name in names}
 
 
-def aov_names(layer):
-    """Names of the AOVs that Cycles renders for a view layer."""
-    return {aov.name for aov in layer.aovs if aov.is_valid}
+def aov_types(layer):
+    """Types, COLOR or VALUE, of the AOVs that Cycles renders for a view layer, by name."""
+    return {aov.name: aov.type for aov in layer.aovs if aov.is_valid}
 
 
 def add_divisors(engine, layer):
@@ -98,6 +108,11 @@ def add_divisors(engine, layer):
     for name in added:
         engine.add_pass(name, 3, "RGB", layer=layer.name)
     return added
+
+
+def can_be_mixed(layer):
+    """Whether the light of a view layer can be multiplied again: no AOV bears the name of a colour that is missing."""
+    return aov_types(layer).keys().isdisjoint(missing_divisors(layer))
 
 
 def missing_divisors(layer):

@@ -9,6 +9,7 @@ as it was last synchronised (`BlenderSession::render`, `BlenderSync::get_buffer_
 
 from typing import NamedTuple
 
+import _cycles
 import bpy
 from cycles import engine as cycles
 
@@ -66,9 +67,9 @@ class Session:
         self._written = Overwritten()
 
     def __enter__(self):
-        # Without a window Blender frees the evaluated scene once Cycles has read it, but for engines that draw by GPU
+        # Blender frees the evaluated scene once Cycles has read it, but for engines that draw by GPU
         # (`RE_engine_free_blender_memory`).
-        self.engine.bl_use_gpu_context = bpy.app.background
+        self.engine.bl_use_gpu_context = True
         return self
 
     def __exit__(self, *exception):
@@ -103,7 +104,7 @@ class Session:
         """
         if then_rectangles:
             self._aim(_PIXEL)
-        cycles.render(self.engine, self.depsgraph)
+        self._render()
         if max(self.region.size) > LARGEST:
             cycles.render_frame_finish(self.engine)  # puts Cycles' own tiles together
         return passes.read(self.engine, self.layer_name, names)
@@ -133,10 +134,14 @@ class Session:
                 for key, pixels in found.items()
             }
 
+    def _render(self):
+        # As `cycles.engine.render` does, in whose place the switch is.
+        _cycles.render(self.engine.session, self.depsgraph.as_pointer())
+
     def _shoot(self, shot, following):
         self._aim(following)
         self.set_sampling(use_sample_subset=True, sample_offset=shot.first, sample_subset_length=shot.count)
-        cycles.render(self.engine, self.depsgraph)
+        self._render()
 
     def _aim(self, rectangle):
         """Set the border of the call after the next."""

@@ -26,7 +26,7 @@ class Choice:
     differences: tuple[str, ...] = ()
 
 
-def of_layer(scene, layer, sampling, use, shading_messages=lambda: ()):
+def of_layer(scene, layer, sampling, use, scene_messages=lambda: ()):
     """Choose for a view layer.
 
     Parameters
@@ -37,8 +37,8 @@ def of_layer(scene, layer, sampling, use, shading_messages=lambda: ()):
         In force in the view layer.
     use : SceneUse
         What its noise comes from.
-    shading_messages : callable
-        Why its shading cannot be seen by a camera of ours (`cycles.shading`); asked only where that matters.
+    scene_messages : callable
+        Why what is seen cannot be rendered by Gather (`gather.scene_messages`); asked only where that matters.
 
     Returns
     -------
@@ -50,9 +50,7 @@ def of_layer(scene, layer, sampling, use, shading_messages=lambda: ()):
     if settings.method == "GATHER" or settings.pattern != "AUTO" or settings.filter != "AS_CYCLES":
         if settings.method == "IN_PLACE":
             return Choice("CYCLES", (_NOT_IN_PLACE,))
-        return _checked(
-            "GATHER", gather.CHECKS, scene, layer, _gather_differences(settings, sampling), shading_messages
-        )
+        return _checked("GATHER", gather.CHECKS, scene, layer, _gather_differences(settings, sampling), scene_messages)
     if not sampling.count or checks.messages((checks.denoiser,), scene, layer):
         return Choice("CYCLES")
     if not sampling.is_whole and sampling.is_even:
@@ -70,10 +68,10 @@ _NOT_IN_PLACE = (
 )
 
 
-def _checked(method, tests, scene, layer, differences, shading_messages=lambda: ()):
+def _checked(method, tests, scene, layer, differences, scene_messages=lambda: ()):
     refusals = checks.messages(tests, scene, layer)
-    # Shading is looked at for a camera that is one, so only after the others.
-    return Choice(method, tuple(refusals or shading_messages()), tuple(differences))
+    # What is seen is asked of a camera that is one, so only after the others.
+    return Choice(method, tuple(refusals or scene_messages()), tuple(differences))
 
 
 def _gather_differences(settings, sampling):

@@ -16,7 +16,7 @@ import numpy as np
 from ..blender.display import InOrder
 from ..blender.refusal import Refused
 from ..blender.region import bands
-from ..cycles import aperture, dicing, osl_camera, passes, plan_image, sampling
+from ..cycles import aperture, clipping, dicing, osl_camera, passes, plan_image, sampling, shading
 from ..farm import layers
 from ..picture.reconstruction import Reconstruction, positions
 from ..plan import arranged_plan, pattern_plan, patterns
@@ -37,10 +37,15 @@ def _check_passes(scene, layer):
             f'The Mist pass of view layer "{layer.name}" cannot be rendered by Gather with an orthographic '
             "camera; switch the pass off, or set Method to In Place"
         )
-    if layer.use_pass_z and "Position" in passes.aov_names(layer):
+    aovs = passes.aov_types(layer)
+    if aovs.get("Depth") == "VALUE" or (layer.use_pass_z and "Position" in aovs):
         raise Refused(
-            f'The Depth pass of view layer "{layer.name}" cannot be rendered by Gather beside an AOV "Position"; '
-            "rename that, or set Method to In Place"
+            f'The AOV "Depth" or "Position" of view layer "{layer.name}" stands for a pass that Gather needs; '
+            "rename it, or set Method to In Place"
+        )
+    if scene.spectral_tiles.filter != "AS_CYCLES" and not passes.can_be_mixed(layer):
+        raise Refused(
+            f'An AOV of view layer "{layer.name}" has the name of a color pass that a filter needs; rename it'
         )
 
 
@@ -72,6 +77,11 @@ CHECKS = (
     checks.pattern,
     checks.denoiser,
 )
+
+
+def scene_messages(depsgraph, camera):
+    """Why what a camera sees cannot be rendered this way, one message or none; it must have passed `CHECKS`."""
+    return shading.messages(depsgraph, camera) or clipping.messages(depsgraph, camera)
 
 
 def render(session, frame):

@@ -26,7 +26,9 @@ def render(session, frame):
         Of `farm.layers.facts`.
     """
     plan = Plan.in_place(frame.sampling.frame_seed, frame.region)
-    added = [] if frame.sampling.is_whole else passes.add_divisors(session.engine, session.layer)
+    added = []
+    if not frame.sampling.is_whole and passes.can_be_mixed(session.layer):
+        added = passes.add_divisors(session.engine, session.layer)
     guides = steps.add_guides(session, frame)
     samples = frame.sampling.samples
     clean, noise = steps.known_noise(frame, plan, "IN_PLACE", [*added, *guides])

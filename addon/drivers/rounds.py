@@ -1,11 +1,116 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Adaptive sampling by rounds of rectangles (in the making)."""
+"""The method Rounds: rectangles of the picture go on with their pixels' samples where these are needed (`plan.rounds`).
+
+Every call is Cycles' own render of a border and a sample subset, so this works with every camera and on every device,
+and each pixel's samples are those that it would have natively.
+"""
+
+import time
+
+from ..blender.region import Rectangle
+from ..cycles import passes, sampling
+from ..cycles.session import Shot
+from ..farm import layers
+from ..picture.accumulation import HALF, Accumulation
+from ..plan import rounds
+from ..plan.costs import Costs
+from ..plan.sample_plan import Plan
+from . import steps
 
 
 def suit(scene, layer, sampling):
-    """Whether samples can be spread by noise."""
-    return False
+    """Whether samples can be spread by noise: not if so few are wanted that they have no halves, or a part of them."""
+    return sampling.is_whole and sampling.samples > rounds.FEWEST
 
 
 def render(session, frame):
-    raise NotImplementedError
+    """Render a frame; returns picture and facts as `in_place.render`."""
+    begun = time.perf_counter()
+    engine, sampled = session.engine, frame.sampling
+    plan = Plan.in_place(sampled.frame_seed, frame.region)
+    passes.add_divisors(engine, session.layer)
+    steps.add_guides(session, frame)
+    engine.add_pass(HALF, 4, "RGBA", layer=session.layer_name)
+    goal = goal_of(sampled, 0.0)
+    growing = grown(session, goal, plan.seed, lambda: time.perf_counter() - begun)
+    return growing.sums.picture(), layers.facts(frame, session.layer_name, plan, "")
+
+
+def grown(session, goal, seed, elapsed):
+    """The picture of all rounds, as `Growing`."""
+    session.set_sampling(**sampling.exactly(goal.most, seed))
+    growing = Growing(session, elapsed)
+    if growing.shoot_all(goal.base // 2) and growing.shoot(rounds.tiles(growing.size, goal.base // 2, goal.base // 2)):
+        for shots in rounds.rounds(goal, growing, growing.costs, elapsed):
+            if not growing.shoot(shots):
+                break
+    return growing
+
+
+def goal_of(sampling, elapsed):
+    """The goal that Cycles' settings mean, `elapsed` seconds after the render's start."""
+    limit = sampling.time_limit or None
+    return rounds.Goal(sampling.samples, sampling.threshold, sampling.least, limit and limit - elapsed)
+
+
+class Growing:
+    """A picture that grows by shots, with what they cost.
+
+    Parameters
+    ----------
+    session : Session
+    elapsed : callable
+        Seconds.
+    """
+
+    def __init__(self, session, elapsed):
+        self.session, self._elapsed = session, elapsed
+        self.size = session.region.size
+        self.costs = Costs(self.size)
+        self.sums = None
+        self.calls = 0
+
+    @property
+    def mean(self):
+        """Mean of all samples so far, (height, width, 3)."""
+        return self.sums.mean("Combined")[..., :3]
+
+    @property
+    def half(self):
+        """Mean of one half of them."""
+        return self.sums.mean(HALF)[..., :3]
+
+    def shoot_all(self, count):
+        """Render the first samples of all pixels, before all else; return whether the user let it."""
+        self.session.set_sampling(use_sample_subset=True, sample_offset=0, sample_subset_length=count)
+        found = self.session.call(then_rectangles=True)
+        width, height = self.size
+        self.sums = Accumulation(
+            self.size, passes.kinds(self.session.original_layer, {name for name, _ in found})
+        )
+        everything = Rectangle(0, 0, width, height)
+        found = {key: pixels.reshape(height, width, -1) for key, pixels in found.items()}
+        self.sums.add(everything.part, found, 0, count)
+        self.calls += 1
+        self._measure_call()
+        return not self.session.engine.test_break()
+
+    def _measure_call(self):
+        """See what a call takes whose samples take nothing."""
+        begun = self._elapsed()
+        for _ in self.session.call_rectangles([Shot(Rectangle(0, 0, 1, 1), 0, 1)] * 3):
+            now = self._elapsed()
+            self.costs.call, begun = min(self.costs.call, now - begun), now
+
+    def shoot(self, shots):
+        """Render shots; return whether the user let it."""
+        asked = [Shot(Rectangle(*rectangle), first, count) for rectangle, first, count in shots]
+        begun = self._elapsed()
+        for shot, found in zip(asked, self.session.call_rectangles(asked), strict=True):
+            if self.session.engine.test_break():
+                return False
+            self.sums.add(shot.rectangle.part, found, shot.first, shot.count)
+            now = self._elapsed()
+            self.costs.learn(shot.rectangle.part, shot.count, now - begun)
+            self.calls, begun = self.calls + 1, now
+        return True

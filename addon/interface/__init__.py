@@ -14,8 +14,10 @@ from . import (
 )
 
 __all__ = [
+    "arguments",
     "command_line",
     "comparison",
+    "farm_progress",
     "forecast",
     "panel",
     "pattern_icons",

@@ -6,6 +6,7 @@ import os
 import bpy
 import numpy as np
 
+from ..blender import interruption
 from ..blender.refusal import Refused
 from . import forecast, picture_files
 
@@ -46,27 +47,31 @@ def compare(scene, samples, reference_samples, folder, tell):
     Raises
     ------
     Refused
-        A render was refused.
+        A render was refused, or a picture could not be written.
+    OSError
+        The folder cannot be made or written to.
     """
     _equal_terms(scene)
     for layer in scene.view_layers:
         how = forecast.chosen(scene, layer)
         for message in how.refusals if how else ():
             raise Refused(message)  # before Cycles has rendered in vain
-    files, pictures = [], {}
-    for enabled, name in RENDERS.items():
-        tell(name)
-        made = _render(scene, enabled, samples, scene.cycles.seed, os.path.join(folder, name))
-        pictures[name] = _luminance(made[0])
-        files += made
-    halves = []
-    for seed in _REFERENCE_SEEDS:
-        tell("reference")
-        made = _render(scene, False, reference_samples, seed, os.path.join(folder, ".reference"))
-        halves.append(_luminance(made[0]))
-        for path in made:
-            os.remove(path)
-    return files, {sigma: _errors(pictures, halves, sigma) for sigma in SIGMAS}
+    os.makedirs(folder, exist_ok=True)
+    seed = scene.cycles.seed
+    files, pictures, halves = [], {}, []
+    with interruption.unfinished(folder) as unfinished:
+        for enabled, name in RENDERS.items():
+            tell(name)
+            made = _render(scene, enabled, samples, seed, os.path.join(unfinished, name))
+            pictures[name] = _luminance(made[0])
+            files += made
+        for half, half_seed in enumerate(_REFERENCE_SEEDS):
+            tell("reference")
+            made = _render(scene, False, reference_samples, half_seed, os.path.join(unfinished, f"reference {half}"))
+            halves.append(_luminance(made[0]))
+        errors = {sigma: _errors(pictures, halves, sigma) for sigma in SIGMAS}
+        # All of them or none.
+        return [picture_files.put(path, folder) for path in files], errors
 
 
 def _equal_terms(scene):
@@ -88,6 +93,7 @@ def _render(scene, enabled, samples, seed, stem):
     files = picture_files.render(scene, stem + ".exr")
     image.file_format, image.color_depth = "PNG", "8"
     bpy.data.images["Render Result"].save_render(stem + ".png", scene=scene)
+    picture_files.check(stem + ".png")
     return [files[0], stem + ".png"]
 
 

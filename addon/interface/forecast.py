@@ -1,11 +1,13 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """What a render of the scene will do, told before it is rendered."""
 
+import os
+
 import bpy
 
-from ..cycles import scene_analysis, shading
+from ..cycles import scene_analysis
 from ..cycles.sampling import Sampling
-from ..drivers import choice
+from ..drivers import choice, gather
 
 # Of each view layer, by its depsgraph: its emitters, and what is wrong with its shading.  Finding them takes
 # milliseconds in a scene of thousands of objects, and a panel is drawn at every move of the mouse over it.
@@ -46,36 +48,42 @@ def chosen(scene, layer):
         return None
 
     def shading_messages():
-        return _remembered(_shading, layer.depsgraph, lambda found: shading.messages(found, scene.camera))
+        return _remembered(_shading, layer.depsgraph, lambda found: gather.scene_messages(found, scene.camera))
 
     return choice.of_layer(scene, layer, Sampling.of_layer(scene, layer), use, shading_messages)
 
 
 def sentence(scene, layer):
-    """What will be done for this frame, in one sentence; None as long as it was never evaluated."""
+    """What will be done for this frame, in one sentence; None if it is refused, or was never evaluated."""
     use, how = scene_use(layer), chosen(scene, layer)
     if use is None or how.refusals:
         return None
+    settings = scene.spectral_tiles
+    if how.method == "GATHER" and settings.filter != "AS_CYCLES":
+        return f"Spreads every sample by the filter {_name_of(settings, 'filter')}"
+    if how.method == "GATHER" and settings.pattern != "AUTO":
+        return f"Samples follow the pattern {_name_of(settings, 'pattern')}"
     return {
-        "CYCLES": "Rendered by Cycles as it is: nothing to gain for this frame",
-        "ROUNDS": "Samples go where the picture needs them",
-        "IN_PLACE": f"Noise reduced that comes from {noise_sources(use)}",
-        "GATHER": f"Samples arranged for {noise_sources(use)}",
-        "SUB_FRAMES": f"{scene.spectral_tiles.sub_frames} moments of the shutter are rendered one by one",
+        "CYCLES": "Leaves this frame to Cycles",
+        "ROUNDS": "Takes more samples where this frame is noisy, fewer where it is clean",
+        "IN_PLACE": f"Optimized for {noise_sources(use)}",
+        "GATHER": f"Optimized for {noise_sources(use)}",
+        "SUB_FRAMES": f"Renders {settings.sub_frames} moments of the shutter one by one",
     }[how.method]
 
 
+def _name_of(settings, prop):
+    """The chosen item of an enumeration, as the panel calls it."""
+    if prop == "pattern" and settings.pattern == "FILE":
+        return os.path.basename(settings.pattern_path)
+    return settings.bl_rna.properties[prop].enum_items[getattr(settings, prop)].name
+
+
 def noise_sources(use):
-    """What the noise of a frame comes from, in words, such as "motion blur, depth of field and 3 lights"."""
-    lights = f"{use.lights} light{'s' if use.lights > 1 else ''}"
-    present = (
-        (use.motion_blur, "motion blur"),
-        (use.lens, "depth of field"),
-        (use.lights, lights),
-        (use.bounces, "indirect light"),
-    )
-    words = [word for is_there, word in present if is_there]
-    return " and ".join(filter(None, (", ".join(words[:-1]), *words[-1:]))) or "nothing that makes noise"
+    """What the noise of a frame comes from, such as "motion blur, depth of field, direct light"."""
+    light = " and ".join(word for word, is_there in (("direct", use.lights), ("indirect", use.bounces)) if is_there)
+    present = (use.motion_blur and "motion blur", use.lens and "depth of field", light and f"{light} light")
+    return ", ".join(filter(None, present)) or "what is left of noise"
 
 
 @bpy.app.handlers.persistent

@@ -1,16 +1,20 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The panel in the render properties, beside Cycles' own sampling settings."""
+"""The panel Render Properties > Sampling > Spectral Tiles: for artists, and closed in it what is rarely wanted."""
 
-import textwrap
-
+import blf
 import bpy
 from cycles.ui import CyclesButtonsPanel
 
 from ..blender.refusal import Refused
 from ..drivers.frame import pattern_tile
-from ..plan.sample_plan import memory
 from . import forecast, pattern_icons, pattern_making
 from .presets import SPECTRAL_TILES_PT_presets
+
+# Side of a pattern's picture, in Blender's units of a line.
+_PICTURE = 6.0
+
+# Width of an icon with the panel's margins, in pixels of a window that is not scaled.
+_MARGIN = 60
 
 
 class SPECTRAL_TILES_PT_sampling(CyclesButtonsPanel, bpy.types.Panel):
@@ -22,16 +26,17 @@ class SPECTRAL_TILES_PT_sampling(CyclesButtonsPanel, bpy.types.Panel):
         self.layout.prop(context.scene.spectral_tiles, "enabled", text="")
 
     def draw(self, context):
-        scene, layer, layout = context.scene, context.view_layer, self.layout
-        layout.active = scene.spectral_tiles.enabled
+        scene, layer = context.scene, context.view_layer
+        column = self.layout.column()
+        column.active = scene.spectral_tiles.enabled
+        how = forecast.chosen(scene, layer)
         if text := forecast.sentence(scene, layer):
-            _say(layout, context, text, "NONE")
-        if how := forecast.chosen(scene, layer):
-            for message in how.refusals:
-                _say(layout, context, message, "ERROR")
-            for message in how.differences:
-                _say(layout, context, message, "INFO")
-        layout.operator("spectral_tiles.compare", icon="MOD_INSTANCE")
+            _say(column, context, text, "NONE")
+        for message in dict.fromkeys(how.refusals if how else ()):
+            _say(column, context, message, "ERROR")
+        for message in dict.fromkeys(how.differences if how else ()):
+            _say(column, context, message, "INFO")
+        self.layout.operator("spectral_tiles.compare")
 
 
 class SPECTRAL_TILES_PT_advanced(CyclesButtonsPanel, bpy.types.Panel):
@@ -76,35 +81,45 @@ def _draw_making(layout):
 
 
 def _draw_pattern(layout, context):
-    """Picture of the pattern and its spectrum, and how well the last render could follow it."""
-    scene, use = context.scene, forecast.scene_use(context.view_layer)
+    """Pictures of the pattern and its spectrum."""
+    use = forecast.scene_use(context.view_layer)
     if use is None:
         return
     try:
-        tile = pattern_tile(scene, use.dims)
+        tile = pattern_tile(context.scene, use.dims)
     except Refused:
         return  # the panel above says why
     if tile is None:
         return
     row = layout.row()
-    for icon, name in zip(pattern_icons.icons(tile), (f"{tile.dims[0]}, {tile.size} px", "Spectrum"), strict=True):
+    for icon, name in zip(pattern_icons.icons(tile), (f"{tile.size} px", "Spectrum"), strict=True):
         column = row.column()
-        column.template_icon(icon, scale=6.0)
+        column.template_icon(icon, scale=_PICTURE)
         line = column.row()
         line.alignment = "CENTER"
         line.label(text=name)
-    plan = memory.latest()
-    if plan is not None and plan.miss:
-        _say(layout, context, f"Last render missed the pattern by: {plan.miss}", "BLANK1")
 
 
 def _say(layout, context, text, icon):
     """A label that breaks into lines where the panel ends."""
-    width = context.region.width / context.preferences.system.ui_scale
+    scale = context.preferences.system.ui_scale
+    blf.size(0, context.preferences.ui_styles[0].widget.points * scale)
     column = layout.column(align=True)
-    for line in textwrap.wrap(text, max(16, int((width - 64) / 6))):
+    for line in _lines(text, context.region.width - _MARGIN * scale):
         column.label(text=line, icon=icon)
         icon = "NONE" if icon == "NONE" else "BLANK1"
+
+
+def _lines(text, width):
+    """Break a text where its lines would be wider than `width` pixels, in the font that is set."""
+    lines = []
+    for word in text.split():
+        longer = f"{lines[-1]} {word}" if lines else word
+        if lines and blf.dimensions(0, longer)[0] <= width:
+            lines[-1] = longer
+        else:
+            lines.append(word)
+    return lines
 
 
 _CLASSES = (SPECTRAL_TILES_PT_sampling, SPECTRAL_TILES_PT_advanced)

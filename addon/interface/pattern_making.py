@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Generate Tile: the generator at work in the background, and its tile set as the scene's."""
+"""Generate Pattern: the generator at work in the background, and its tile set as the pattern of the scene."""
 
 import threading
 
@@ -70,7 +70,7 @@ class SPECTRAL_TILES_OT_generate_pattern(bpy.types.Operator, ExportHelper):
     bl_idname = "spectral_tiles.generate_pattern"
     bl_label = "Generate Pattern"
     bl_description = (
-        "Make a tile for what this scene uses, such as motion blur and its lights, in the background, "
+        "Make a pattern for what this scene uses, such as motion blur and its lights, in the background, "
         "and use it when it is done"
     )
     bl_options = {"REGISTER", "UNDO"}
@@ -136,14 +136,14 @@ class SPECTRAL_TILES_OT_generate_pattern(bpy.types.Operator, ExportHelper):
             return {"CANCELLED"}
         settings = context.scene.spectral_tiles
         settings.pattern, settings.pattern_path = "FILE", self.filepath
-        self.report({"INFO"}, f"Tile saved as {self.filepath}")
+        self.report({"INFO"}, f"Pattern saved as {self.filepath}")
         return {"FINISHED"}
 
 
 class SPECTRAL_TILES_OT_cancel_pattern(bpy.types.Operator):
-    bl_idname = "spectral_tiles.cancel_tile"
+    bl_idname = "spectral_tiles.cancel_pattern"
     bl_label = "Cancel"
-    bl_description = "Stop making the tile; no file is written"
+    bl_description = "Stop making the pattern; no file is written"
 
     @classmethod
     def poll(cls, context):

@@ -4,19 +4,37 @@
 import contextlib
 import os
 import re
+import tempfile
 
 import bpy
 
-from ..blender import interruption
+from ..blender import interruption, openimageio
 from ..blender.refusal import Refused
 
-# Endings of pictures, and the settings that write them.
+# Endings of pictures that Blender writes, and the settings that it does so by.
 _FORMATS = {
-    ".exr": ("MULTI_LAYER_IMAGE", "OPEN_EXR_MULTILAYER"),
-    ".jpg": ("IMAGE", "JPEG"),
-    ".png": ("IMAGE", "PNG"),
-    ".tif": ("IMAGE", "TIFF"),
+    ".avif": "AVIF",
+    ".bmp": "BMP",
+    ".cin": "CINEON",
+    ".dpx": "DPX",
+    ".exr": "OPEN_EXR_MULTILAYER",
+    ".hdr": "HDR",
+    ".jp2": "JPEG2000",
+    ".jpeg": "JPEG",
+    ".jpg": "JPEG",
+    ".png": "PNG",
+    ".rgb": "IRIS",
+    ".tga": "TARGA",
+    ".tif": "TIFF",
+    ".tiff": "TIFF",
+    ".webp": "WEBP",
 }
+
+#: Those, for a person.
+ENDINGS = " ".join(_FORMATS)
+
+# What is taken for an ending: letters behind a dot, perhaps with digits; neither `frame.0001` nor `v1.2_####`.
+_ENDING = re.compile(r"\.[A-Za-z][A-Za-z0-9]{0,4}$")
 
 
 def open_scene(path, name=None):
@@ -32,7 +50,16 @@ def open_scene(path, name=None):
     return bpy.data.scenes[name]
 
 
-def path_of(scene, frame, output=None):
+def check_output(path):
+    """Raise ValueError if a path of the user's names no picture that Blender writes."""
+    if not path:
+        raise ValueError("expected a path")
+    ending = _ENDING.search(path)
+    if ending and ending.group().lower() not in _FORMATS:
+        raise ValueError(f"{ending.group()} is no ending of a picture that Blender writes; these are: {ENDINGS}")
+
+
+def path_of(scene, frame, output=None, only=False):
     """Where the picture of a frame goes, by Blender's rules: ``####`` is the frame's number, by default at the end.
 
     Parameters
@@ -40,25 +67,54 @@ def path_of(scene, frame, output=None):
     scene : bpy.types.Scene
     frame : int
     output : str, optional
-        Instead of the scene's own path; its ending, if it has one, sets the scene's format.
+        Instead of the scene's own path; its ending, if it has one, sets the scene's format.  A name that ends with a
+        slash is a folder.
+    only : bool
+        Whether this is the only frame, so that `output` needs no number.
 
     Raises
     ------
     Refused
-        The scene's format is a movie.
+        The scene's format is a movie, or the path has fields in braces that Blender does not know.
     """
     render = scene.render
+    stem = ending = ""
     if output is not None:
-        stem, ending = os.path.splitext(os.path.abspath(output))
-        if ending.lower() in _FORMATS:
-            if "#" not in stem:
-                stem += "####"  # or else Blender puts it behind the ending, and adds another one
-            if ending.lower() != render.file_extension:
-                render.image_settings.media_type, render.image_settings.file_format = _FORMATS[ending.lower()]
+        found = _ENDING.search(output)
+        ending = found.group() if found else ""
+        stem = os.path.abspath(output[: len(output) - len(ending)])
+        if output.endswith(("/", os.sep)):
+            stem = os.path.join(stem, "####")
+        elif "#" not in stem and ending:
+            stem += "####"  # or else Blender puts it behind the ending, and adds another one
+        if ending and not _writes(render, ending.lower()):
+            made = _FORMATS[ending.lower()]
+            render.image_settings.media_type = "MULTI_LAYER_IMAGE" if "MULTILAYER" in made else "IMAGE"
+            render.image_settings.file_format = made
         render.filepath = stem + ending
     if render.is_movie_format:
         raise Refused("The scene writes a movie, but frames are rendered one by one: choose an image format")
-    return bpy.path.abspath(render.frame_path(frame=frame))
+    try:
+        path = bpy.path.abspath(render.frame_path(frame=frame))
+    except RuntimeError as error:
+        reason = " ".join(line.removeprefix("- ") for line in str(error).strip().splitlines()[1:])
+        raise Refused(f"Cannot use the path {output or render.filepath}: {reason}") from error
+    if only and output and "#" not in output and not output.endswith(("/", os.sep)):
+        # As it was asked for, but for fields, which Blender has put in before the number.
+        return _without_number(path, frame, ending)
+    return path
+
+
+def _writes(render, ending):
+    """Whether files of this ending are what the scene's settings write."""
+    made = render.image_settings.file_format
+    return _FORMATS[ending] == made or (ending == ".exr" and made == "OPEN_EXR")
+
+
+def _without_number(path, frame, ending):
+    number = f"-{-frame:04d}" if frame < 0 else f"{frame:04d}"
+    stem, found = os.path.splitext(path)
+    return stem.removesuffix(number) + (ending or found)
 
 
 def render(scene, path):
@@ -72,7 +128,7 @@ def render(scene, path):
     Raises
     ------
     Refused
-        The engine refused, or Blender wrote nothing.
+        The engine refused, or Blender wrote nothing, or not all of it.
     OSError
         The folder cannot be made or written to.
     """
@@ -88,8 +144,49 @@ def render(scene, path):
         if not files:
             raise Refused(f"Blender wrote no picture to {path}")
         for file in files:
-            os.replace(os.path.join(unfinished, file), os.path.join(folder, file))
-    return [os.path.join(folder, file) for file in files]
+            check(os.path.join(unfinished, file))
+        return [put(os.path.join(unfinished, file), folder) for file in files]
+
+
+def put(path, folder):
+    """Move a finished file into its folder, over what is there; return where it is."""
+    final = os.path.join(folder, os.path.basename(path))
+    os.replace(path, final)
+    return final
+
+
+def check(path):
+    """Raise `Refused` if a picture cannot be read to its end: of a full disk Blender tells but for some formats."""
+    image = bpy.data.images.load(path, check_existing=False)
+    try:
+        is_whole = _is_whole_exr(path) if image.type == "MULTILAYER" else len(image.pixels) > 0
+    finally:
+        bpy.data.images.remove(image)
+    if not is_whole:
+        raise Refused(f"Blender could not write all of {os.path.basename(path)}; is the disk full?")
+
+
+def _is_whole_exr(path):
+    try:
+        oiio = openimageio.load()
+    except Refused:
+        return True  # nobody here can tell
+    file = oiio.ImageInput.open(path)
+    if file is None:
+        return False
+    part = 0
+    while file.seek_subimage(part, 0):
+        height = file.spec().height
+        if file.read_scanlines(height - 1, height, 0, 0, 1, oiio.UNKNOWN) is None:
+            return False
+        part += 1
+    return part > 0
+
+
+def try_writing(folder):
+    """Raise OSError if no file can be made in a folder."""
+    with tempfile.TemporaryFile(dir=folder, prefix=".spectral_tiles_"):
+        pass
 
 
 @contextlib.contextmanager

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Presets of the panel, kept as Blender keeps all presets; those in `preset_files/` come with the extension."""
+"""Presets of the advanced settings, kept as Blender keeps all presets; `preset_files/` come with the extension."""
 
 import os
 

@@ -1,13 +1,13 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Compare with Cycles: the same frame by Cycles and by Spectral Tiles at the same settings, each in a render slot."""
+"""Compare with Cycles: the same frame with the switch off and on, each in a render slot."""
 
 import bpy
 
 from .. import switch
 from . import forecast
 
-# Name of the slot, and whether Cycles renders into it on its own.
-_RENDERS = (("Cycles", True), ("Spectral Tiles", False))
+# Name of the slot, and whether what goes into it is ours.
+_RENDERS = (("Cycles", False), ("Spectral Tiles", True))
 
 
 def _use_slot(name):
@@ -30,8 +30,8 @@ class SPECTRAL_TILES_OT_compare(bpy.types.Operator):
     bl_idname = "spectral_tiles.compare"
     bl_label = "Compare with Cycles"
     bl_description = (
-        "Render this frame by Cycles alone and with Spectral Tiles, each into its own render slot. "
-        "Press J over the picture to switch between them"
+        "Render this frame without and with Spectral Tiles, each into a render slot of its own. "
+        "Press J over the picture to step between them"
     )
 
     @classmethod
@@ -40,7 +40,7 @@ class SPECTRAL_TILES_OT_compare(bpy.types.Operator):
 
     def execute(self, context):
         try:
-            for name, switch.native in _RENDERS:
+            for name, switch.forced in _RENDERS:
                 _use_slot(name)
                 bpy.ops.render.render()
                 _name_slot(name)
@@ -48,7 +48,7 @@ class SPECTRAL_TILES_OT_compare(bpy.types.Operator):
             self.report({"ERROR"}, str(error))
             return {"CANCELLED"}
         finally:
-            switch.native = False
+            switch.forced = None
         return {"FINISHED"}
 
     # In a window each render is a job of its own, and this waits for it to end.
@@ -76,16 +76,16 @@ class SPECTRAL_TILES_OT_compare(bpy.types.Operator):
         self.cancel(context)
         if self._stopped:
             return {"CANCELLED"}
-        self.report({"INFO"}, "Both are rendered; press J over the picture to switch")
+        self.report({"INFO"}, "Both are rendered; press J over the picture to step between them")
         return {"FINISHED"}
 
     def cancel(self, context):
         context.window_manager.event_timer_remove(self._timer)
         bpy.app.handlers.render_cancel.remove(self._stop)
-        switch.native = False
+        switch.forced = None
 
     def _start_next(self):
-        self._name, switch.native = self._left.pop(0)
+        self._name, switch.forced = self._left.pop(0)
         _use_slot(self._name)
         bpy.ops.render.render("INVOKE_DEFAULT")
 

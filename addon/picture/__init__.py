@@ -1,2 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """What is done to pixels: pure numpy."""
+
+__all__ = [
+    "control_variates",
+    "picture",
+    "reconstruction",
+]

@@ -1,2 +1,13 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """What is to be sampled where: pure numpy."""
+
+__all__ = [
+    "arranged_plan",
+    "arrangement",
+    "cell_plan",
+    "matching",
+    "modes",
+    "pattern_plan",
+    "patterns",
+    "sample_plan",
+]

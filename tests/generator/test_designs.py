@@ -162,7 +162,7 @@ def test_figure_7_has_8_primary_and_16_secondary_cells():
 
 
 def test_impossible_counts_are_refused(rng):
-    with pytest.raises(ValueError, match="secondary: expected from 1 to 5"):
+    with pytest.raises(ValueError, match="secondary: expected an integer from 1 to 5"):
         scan_group(4, 1, 1, rng, candidates=5, secondary=6)
     with pytest.raises(ValueError, match="count"):
         n_rooks(0, 2, rng)

@@ -44,7 +44,7 @@ def test_filtered_power_without_a_filter_is_the_mean_square():
 
 def test_bad_arguments_are_refused():
     tile = Tile(("t",), np.zeros((4, 4, 1, 1)))
-    with pytest.raises(ValueError, match="at least 1, got 0"):
+    with pytest.raises(ValueError, match="from 1 to 100000, got 0"):
         step_test(tile, functions=0)
     with pytest.raises(ValueError, match="'ramp'"):
         step_test(tile, kind="ramp")

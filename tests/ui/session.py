@@ -5,82 +5,22 @@ Each step notes what it saw in `facts.json` in the current folder and takes a sc
 tests.
 """
 
-import importlib
-import json
 import os
-import subprocess
+import sys
 import time
 import traceback
 
 import bpy
+import numpy as np
 
-FOLDER = os.getcwd()
-FACTS = {}
+sys.path.append(os.getcwd())
 
-# Seconds for a render, on a busy machine.
-RENDER = 120
-
-# By its name xdotool would press F12 together with Alt, which the display's keymap has too; this is its code.
-F12, ESCAPE = "96", "Escape"
+import artist  # noqa: E402
+from artist import FOLDER, area, back, idle, looking_at, module, note, press, redraw, rendering, shoot, until  # noqa: E402
 
 
-def note(**facts):
-    FACTS.update(facts)
-    with open(os.path.join(FOLDER, "facts.json"), "w", encoding="utf-8") as file:
-        json.dump(FACTS, file, indent=1)
-
-
-def shoot(name):
-    """Take a picture of the whole screen."""
-    subprocess.run(["import", "-window", "root", os.path.join(FOLDER, f"{name}.png")], check=True)
-
-
-def press(key):
-    """Press a key over the middle of the 3D view, or what Blender shows in its place."""
-    subprocess.run(["xdotool", "mousemove", "500", "400", "key", key], check=True)
-
-
-def area(kind):
-    return next(found for found in bpy.context.window_manager.windows[0].screen.areas if found.type == kind)
-
-
-def looking_at(kind):
-    """Context of an area of the main window."""
-    window = bpy.context.window_manager.windows[0]
-    found = area(kind)
-    region = next(part for part in found.regions if part.type == "WINDOW")
-    return bpy.context.temp_override(window=window, area=found, region=region)
-
-
-def rendering():
-    return bpy.app.is_job_running("RENDER")
-
-
-def idle(seconds):
-    """Wait while Blender draws."""
-    end = time.monotonic() + seconds
-    while time.monotonic() < end:
-        yield
-
-
-def until(condition, seconds):
-    """Wait for `condition()`; raises TimeoutError."""
-    end = time.monotonic() + seconds
-    while not condition():
-        if time.monotonic() > end:
-            raise TimeoutError(f"still waiting after {seconds} s")
-        yield
-
-
-def redraw():
-    for window in bpy.context.window_manager.windows:
-        for found in window.screen.areas:
-            found.tag_redraw()
-
-
-def module(name):
-    """A module of the installed extension."""
-    return importlib.import_module(f"bl_ext.user_default.spectral_tiles.addon.{name}")
+def settings():
+    return bpy.context.scene.spectral_tiles
 
 
 def install():
@@ -101,10 +41,11 @@ def install():
 def build_scene():
     """Blender's first scene, with a turning cube, an open lens and a bright world, small."""
     scene = bpy.context.scene
-    scene.render.engine = "SPECTRAL_TILES"
+    scene.render.engine = "CYCLES"
     scene.render.resolution_x, scene.render.resolution_y = 80, 60
     scene.render.filepath = os.path.join(FOLDER, "frame_")
     scene.render.use_motion_blur = True
+    scene.cycles.samples, scene.cycles.use_adaptive_sampling = 1, False
     scene.cycles.use_denoising = False  # Debian's Blender lacks what our denoising needs
     scene.camera.data.dof.use_dof = True
     cube = bpy.data.objects["Cube"]
@@ -112,188 +53,328 @@ def build_scene():
         cube.rotation_euler[2] = 0.3 * frame
         cube.keyframe_insert("rotation_euler", frame=frame)
     scene.frame_set(1)
+    # The properties from top to bottom, with our panels open.
+    panels = module("interface.panel")
+    panels.unregister()
+    for panel in (panels.SPECTRAL_TILES_PT_sampling, panels.SPECTRAL_TILES_PT_advanced):
+        panel.bl_options = set()
+    panels.register()
+    with looking_at("OUTLINER"):
+        bpy.ops.screen.area_close()
+    yield from idle(0.5)
+    bpy.ops.screen.area_move(x=area("PROPERTIES").x, y=400, delta=-100)
+    yield from back()  # from the splash screen
     area("PROPERTIES").spaces[0].context = "RENDER"
     yield from idle(0.5)
 
 
-def panel():
-    scene, layer = bpy.context.scene, bpy.context.view_layer
-    forecast = module("forecast")
-    with looking_at("PROPERTIES"):
-        bpy.ops.screen.screen_full_area()
-    yield from idle(1)
-    shoot("panel_automatic")
-    scene.spectral_tiles.tile = "SPECTRAL_64"
-    redraw()
-    yield from idle(1)
-    shoot("panel_tile")
-    icons = module("tile_picture").icons(module("library").tile(scene.spectral_tiles))
-    note(uses=forecast.uses(scene, layer), refusals=forecast.refusals(scene, layer), icons=icons)
-    note(overhead=forecast.overhead(scene, layer))
-    scene.spectral_tiles.tile = "AUTO"
-    # As it is where there is Open Shading Language, which Debian's Blender lacks.
-    driver = module("driver")
-    check_build, driver.check_build = driver.check_build, lambda: None
-    redraw()
-    yield from idle(1)
-    shoot("panel_gather")
-    note(overhead_of_gather=forecast.overhead(scene, layer))
-    driver.check_build = check_build
-    scene.camera.data.type = "CUSTOM"
-    redraw()
-    yield from idle(1)
-    shoot("panel_in_place")
-    note(calls_with_custom_camera=forecast.render_calls(scene, layer))
-    scene.spectral_tiles.driver = "SUBRENDER"
-    redraw()
-    yield from idle(1)
-    shoot("panel_refused")
-    note(refusals_of_custom_camera=forecast.refusals(scene, layer))
-    scene.spectral_tiles.driver, scene.camera.data.type = "AUTO", "PERSP"
-    scene.cycles.use_denoising = True
-    note(refusals_of_denoising=forecast.refusals(scene, layer))
-    scene.cycles.use_denoising = False
-    with looking_at("PROPERTIES"):
-        bpy.ops.screen.back_to_previous()
-    yield from idle(1)
+# A tab of the properties, and the object that it tells of.
+TABS = {"MATERIAL": "Cube", "LIGHT": "Light", "WORLD": "Cube", "CAMERA": "Camera", "OBJECT": "Cube"}
+SPACE_NAMES = {"LIGHT": "DATA", "CAMERA": "DATA"}
 
 
-def undo():
-    settings = bpy.context.scene.spectral_tiles
-    for samples in (3, 5):
-        settings.samples = samples
-        with looking_at("VIEW_3D"):
-            bpy.ops.ed.undo_push(message="Samples")
-    with looking_at("VIEW_3D"):
-        bpy.ops.ed.undo()
-    note(samples_after_undo=bpy.context.scene.spectral_tiles.samples)
+def polls():
+    """Names of the panels of the properties that are shown."""
+    tab = area("PROPERTIES").spaces[0].context
+    with looking_at("PROPERTIES"):
+        panels = [found for name in dir(bpy.types) if hasattr(found := getattr(bpy.types, name), "bl_space_type")]
+        return [
+            panel.__name__
+            for panel in panels
+            if issubclass(panel, bpy.types.Panel)
+            and panel.bl_space_type == "PROPERTIES"
+            and getattr(panel, "bl_context", "") == tab.lower()
+            and _is_shown(panel)
+        ]
+
+
+def _is_shown(panel):
+    try:
+        return not hasattr(panel, "poll") or panel.poll(bpy.context)
+    except AttributeError:  # some of Cycles' ask for a light where there is none
+        return False
+
+
+def tabs():
+    """The tabs of the properties, with the switch off and on."""
+    shown = {}
+    for is_on in (False, True):
+        settings().enabled = is_on
+        shown[is_on] = {}
+        for tab, name in TABS.items():
+            bpy.context.view_layer.objects.active = bpy.data.objects[name]
+            yield from idle(0.2)
+            area("PROPERTIES").spaces[0].context = SPACE_NAMES.get(tab, tab)
+            yield from idle(0.2)
+            shown[is_on][tab] = polls()
+            yield from artist.full_screen(f"tab_{tab}_{is_on}".lower())
+    area("PROPERTIES").spaces[0].context = "RENDER"
+    yield from idle(0.2)
+    note(panels_off=shown[False], panels_on=shown[True], render_panels=polls())
+    bpy.context.scene.render.engine = "BLENDER_EEVEE"
+    note(render_panels_of_eevee=polls())
+    bpy.context.scene.render.engine = "CYCLES"
     yield
 
 
-def save_result(name):
-    """The render result as a float EXR."""
-    settings = bpy.context.scene.render.image_settings
-    before = settings.file_format, settings.color_depth
-    settings.file_format, settings.color_depth = "OPEN_EXR", "32"
-    bpy.data.images["Render Result"].save_render(os.path.join(FOLDER, f"{name}.exr"))
-    settings.file_format, settings.color_depth = before
+def panel():
+    scene, layer = bpy.context.scene, bpy.context.view_layer
+    forecast = module("interface.forecast")
+
+    def told():
+        how = forecast.chosen(scene, layer)
+        return {"method": how.method, "sentence": forecast.sentence(scene, layer), "refusals": how.refusals,
+                "differences": how.differences}  # fmt: skip
+
+    yield from artist.full_screen("panel_on")
+    note(told_on=told())
+    settings().enabled = False
+    yield from artist.full_screen("panel_off")
+    settings().enabled = True
+    settings().method = "GATHER"
+    yield from artist.full_screen("panel_refused")
+    note(told_of_gather=told())
+    # As it is where there is Open Shading Language, which Debian's Blender lacks.
+    checks = module("drivers.gather").CHECKS
+    module("drivers.gather").CHECKS = ()
+    settings().pattern = "SPECTRAL_64"
+    yield from artist.full_screen("panel_pattern")
+    pattern = module("drivers.frame").pattern_tile(scene)
+    note(told_of_pattern=told(), icons=module("interface.pattern_icons").icons(pattern))
+    settings().filter = "MITCHELL_NETRAVALI"
+    yield from artist.full_screen("panel_filter")
+    settings().filter, settings().pattern, settings().method = "AS_CYCLES", "AUTO", "SUB_FRAMES"
+    yield from artist.full_screen("panel_sub_frames")
+    settings().method = "AUTO"
+    module("drivers.gather").CHECKS = checks
+    scene.cycles.samples = 1024
+    yield from artist.full_screen("panel_many_samples")
+    note(told_of_many_samples=told())
+    scene.cycles.samples = 1
+    scene.cycles.use_denoising = True
+    note(told_of_denoising=told())
+    scene.cycles.use_denoising = False
+
+
+def undo():
+    for count in (16, 32):
+        settings().sub_frames = count
+        with looking_at("VIEW_3D"):
+            bpy.ops.ed.undo_push(message="Sub-Frames")
+    with looking_at("VIEW_3D"):
+        bpy.ops.ed.undo()
+    note(sub_frames_after_undo=settings().sub_frames)
+    yield
+
+
+def presets():
+    """A preset of the user's own is added, used and removed."""
+    settings().sub_frames = 11
+    bpy.ops.spectral_tiles.preset_add(name="Mine")
+    settings().sub_frames = 16
+    path = bpy.utils.preset_find("Mine", "spectral_tiles")
+    bpy.ops.script.execute_preset(filepath=path, menu_idname="SPECTRAL_TILES_PT_presets")
+    note(sub_frames_of_own_preset=settings().sub_frames)
+    bpy.ops.spectral_tiles.preset_add(name="Mine", remove_name=True)
+    note(own_preset_afterwards=bpy.utils.preset_find("Mine", "spectral_tiles"))
+    settings().sub_frames = 16
+    yield
+
+
+def generate():
+    """Generate a pattern in the background; then another one, which is cancelled."""
+    making = module("interface.pattern_making")
+    path = os.path.join(FOLDER, "made.npz")
+    bpy.ops.spectral_tiles.generate_pattern("EXEC_DEFAULT", filepath=path, method="scanning", size="64")
+    yield from until(lambda: making.job.fraction > 0.3, 60)
+    redraw()
+    yield from idle(0.2)
+    shoot("generating")
+    yield from until(lambda: making.job is None)
+    note(pattern=settings().pattern, path_is_right=settings().pattern_path == path, size=os.path.getsize(path))
+    cancelled = os.path.join(FOLDER, "cancelled.npz")
+    bpy.ops.spectral_tiles.generate_pattern("EXEC_DEFAULT", filepath=cancelled, size="128")
+    yield from until(lambda: making.job.fraction > 0.0, 60)
+    start = time.monotonic()
+    bpy.ops.spectral_tiles.cancel_pattern()
+    yield from until(lambda: making.job is None, 30)
+    note(seconds_to_cancel_pattern=round(time.monotonic() - start, 2), path_kept=settings().pattern_path == path)
+    note(cancelled_file_is_there=os.path.exists(cancelled))
+    settings().pattern = "AUTO"
+    yield
+
+
+def refused():
+    """F12 and the comparison where they cannot be done: nothing is rendered, and Blender goes on."""
+    settings().method = "GATHER"
+    press(artist.F12)
+    yield from until(rendering, 10)
+    yield from until(lambda: not rendering())
+    yield from idle(0.5)
+    shoot("refused")
+    try:
+        bpy.ops.spectral_tiles.compare("INVOKE_DEFAULT")
+    except RuntimeError as error:
+        note(comparison_of_refused=str(error))
+    note(renders_after_refusal=rendering())
+    settings().method = "AUTO"
+    yield from back()
 
 
 def still():
     """F12, on the keyboard."""
-    bpy.context.scene.spectral_tiles.samples = 1
-    press(F12)
-    yield from until(rendering, 10)
-    yield from until(lambda: not rendering(), RENDER)
-    yield from idle(1)
+    before = artist.everything_set()
+    yield from artist.rendered()
+    note(changed_by_still=changes(before))
     shoot("still")
-    save_result("still")
-    press(ESCAPE)
-    yield from idle(0.5)
+    artist.save_result("still")
+    yield from back()
 
 
-def escape(fact):
-    """Press Esc while a render runs, and note how long it takes to end."""
-    start = time.monotonic()
-    press(ESCAPE)
-    yield from until(lambda: not rendering(), RENDER)
-    note(**{fact: round(time.monotonic() - start, 2)})
+def changes(before):
+    """What is set otherwise than it was."""
+    after = artist.everything_set()
+    return {name: [before.get(name), after.get(name)] for name in before | after if before.get(name) != after.get(name)}
 
 
 def cancel():
-    """F12 for a long render, then Esc."""
-    bpy.context.scene.spectral_tiles.samples = 1024
-    press(F12)
+    """F12 for a long render, a copy saved in its middle, then Esc."""
+    bpy.context.scene.cycles.samples = 4096
+    bpy.ops.wm.save_as_mainfile(filepath=os.path.join(FOLDER, "before.blend"), copy=True)
+    before = artist.everything_set()
+    press(artist.F12)
     yield from until(rendering, 10)
     yield from idle(4)
     shoot("cancel")
-    note(was_rendering=rendering())
-    yield from escape("seconds_to_cancel")
-    press(ESCAPE)
+    note(was_rendering=rendering(), changed_during_render=changes(before))
+    bpy.ops.wm.save_as_mainfile(filepath=os.path.join(FOLDER, "during.blend"), copy=True)
+    note(was_still_rendering=rendering())
+    yield from artist.escape("seconds_to_cancel")
     yield from idle(0.5)
+    note(changed_by_cancelled=changes(before))
+    yield from back()
+    bpy.context.scene.cycles.samples = 1
 
 
 def many():
-    """Thousands of sub-renders, one picture after the other."""
-    bpy.context.scene.spectral_tiles.samples = 64
+    """One picture after the other."""
     for number in range(10):
         bpy.ops.render.render("INVOKE_DEFAULT")
-        yield from until(rendering, 10)
-        yield from until(lambda: not rendering(), RENDER)
+        yield from until(lambda: not rendering())
         note(pictures=number + 1)
         yield from idle(0.2)
-    press(ESCAPE)
-    yield from idle(0.5)
+    yield from back()
+
+
+def region():
+    """A border of the picture."""
+    render = bpy.context.scene.render
+    render.use_border = True
+    render.border_min_x, render.border_max_x, render.border_min_y, render.border_max_y = 0.25, 0.75, 0.25, 0.75
+    yield from artist.rendered()
+    shoot("region")
+    artist.save_result("region")
+    render.use_border = False
+    yield from back()
 
 
 def animation():
     scene = bpy.context.scene
-    scene.spectral_tiles.samples = 1
     scene.frame_start, scene.frame_end = 1, 3
+    before = artist.everything_set()
     bpy.ops.render.render("INVOKE_DEFAULT", animation=True)
     yield from until(rendering, 10)
-    yield from until(lambda: not rendering(), RENDER)
+    yield from until(lambda: not rendering())
     yield from idle(0.5)
     shoot("animation")
-    press(ESCAPE)
-    yield from idle(0.5)
+    note(changed_by_animation=changes(before))
+    yield from back()
 
 
 def compare():
-    """Compare with Cycles, and both slots."""
-    bpy.context.scene.spectral_tiles.samples = 1
+    """Compare with Cycles, and both slots, with the switch off: it shows what it would do."""
+    settings().enabled = False
+    before = artist.everything_set()
     slots = bpy.data.images["Render Result"].render_slots
     bpy.ops.spectral_tiles.compare("INVOKE_DEFAULT")
-    yield from until(rendering, 10)
-    yield from until(lambda: not rendering() and slots.active.name == "Spectral Tiles", RENDER)
+    yield from until(lambda: not rendering() and slots.active.name == "Spectral Tiles")
     yield from idle(1)
+    shoot("compared")
     names = [slot.name for slot in slots]
     for name in ("Cycles", "Spectral Tiles"):
         slots.active_index = names.index(name)
         redraw()
         yield from idle(0.5)
         shoot(f"slot_{name}")
-        save_result(name)
-    note(slots=names, native_afterwards=module("engine").SpectralTilesRender.native)
-    press(ESCAPE)
+        artist.save_result(name)
+    slots.active_index = names.index("Cycles")
+    press("j")
     yield from idle(0.5)
+    note(slots=names, slot_after_j=slots.active.name, forced_afterwards=module("switch").forced)
+    note(changed_by_comparison=changes(before))
+    settings().enabled = True
+    yield from back()
 
 
-def generate():
-    """Generate a tile in the background; then another one, which is cancelled."""
-    settings = bpy.context.scene.spectral_tiles
-    making = module("tile_making")
-    path = os.path.join(FOLDER, "made.npz")
-    bpy.ops.spectral_tiles.generate_tile("EXEC_DEFAULT", filepath=path, method="scanning", size="64")
-    yield from until(lambda: making.job.fraction > 0.3, 60)
-    redraw()
-    yield from idle(0.2)
-    shoot("generating")
-    yield from until(lambda: making.job is None, 120)
-    note(tile=settings.tile, tile_path_is_right=settings.tile_path == path, tile_size=os.path.getsize(path))
-    bpy.ops.spectral_tiles.generate_tile("EXEC_DEFAULT", filepath=os.path.join(FOLDER, "cancelled.npz"), size="128")
-    yield from until(lambda: making.job.fraction > 0.0, 60)
-    start = time.monotonic()
-    bpy.ops.spectral_tiles.cancel_tile()
-    yield from until(lambda: making.job is None, 30)
-    note(seconds_to_cancel_tile=round(time.monotonic() - start, 2), tile_path_kept=settings.tile_path == path)
-    note(cancelled_file_is_there=os.path.exists(os.path.join(FOLDER, "cancelled.npz")))
-    settings.tile = "AUTO"
-    yield
+def bake():
+    """Bake the light on the cube, with the switch off and on."""
+    cube, scene = bpy.data.objects["Cube"], bpy.context.scene
+    tree = cube.data.materials[0].node_tree
+    node = tree.nodes.new("ShaderNodeTexImage")
+    tree.nodes.active = node
+    bpy.context.view_layer.objects.active = cube
+    cube.select_set(True)
+    scene.cycles.samples = 4
+    baked = []
+    for is_on in (False, True):
+        settings().enabled = is_on
+        node.image = bpy.data.images.new(f"Bake {is_on}", 32, 32, float_buffer=True)
+        with looking_at("VIEW_3D"):
+            bpy.ops.object.bake("INVOKE_DEFAULT", type="COMBINED")
+        yield from until(lambda: bpy.app.is_job_running("OBJECT_BAKE"), 10)
+        yield from until(lambda: not bpy.app.is_job_running("OBJECT_BAKE"))
+        yield from idle(0.5)
+        baked.append(np.array(node.image.pixels[:]))
+    note(baked_light=float(baked[0].mean()), bake_differs_by=float(np.abs(baked[0] - baked[1]).max()))
+    tree.nodes.remove(node)
+    scene.cycles.samples = 1
 
 
-def presets():
-    """A preset of the user's own is added, used and removed."""
-    settings = bpy.context.scene.spectral_tiles
-    settings.samples = 11
-    bpy.ops.spectral_tiles.preset_add(name="Mine")
-    settings.samples = 1
-    path = bpy.utils.preset_find("Mine", "spectral_tiles")
-    bpy.ops.script.execute_preset(filepath=path, menu_idname="SPECTRAL_TILES_PT_presets")
-    note(samples_of_own_preset=settings.samples)
-    bpy.ops.spectral_tiles.preset_add(name="Mine", remove_name=True)
-    note(own_preset_afterwards=bpy.utils.preset_find("Mine", "spectral_tiles"))
-    yield
+def viewport():
+    """The rendered view, with the switch off and on."""
+    scene, shading = bpy.context.scene, area("VIEW_3D").spaces[0].shading
+    scene.cycles.preview_samples, scene.cycles.use_preview_denoising = 4, False
+    for is_on in (False, True):
+        settings().enabled = is_on
+        shading.type = "RENDERED"
+        yield from idle(4)
+        shoot(f"viewport_{is_on}".lower())
+        shading.type = "SOLID"
+        yield from idle(0.5)
+
+
+def preview():
+    """Pictures in lists and browsers: of a red material, a green light and a blue world, off and on."""
+    paint = bpy.data.materials.new("Paint")
+    shader = next(node for node in paint.node_tree.nodes if node.type == "BSDF_PRINCIPLED")
+    shader.inputs["Base Color"].default_value = (0.9, 0.05, 0.05, 1)
+    lamp = bpy.data.lights.new("Lamp", "POINT")
+    lamp.color = (0.05, 0.9, 0.05)
+    sky = bpy.data.worlds.new("Sky")
+    background = next(node for node in sky.node_tree.nodes if node.type == "BACKGROUND")
+    background.inputs["Color"].default_value = (0.05, 0.05, 0.9, 1)
+    for thing in (paint, lamp, sky):
+        for is_on in (False, True):
+            settings().enabled = is_on
+            thing.asset_generate_preview()
+            yield from until(lambda: bpy.app.is_job_running("RENDER_PREVIEW"), 10)
+            yield from until(lambda: not bpy.app.is_job_running("RENDER_PREVIEW"))
+            yield from idle(0.5)
+            picture = bpy.data.images.new("Preview", *thing.preview.image_size)
+            picture.pixels.foreach_set(thing.preview.image_pixels_float)
+            picture.filepath_raw = os.path.join(FOLDER, f"preview_{thing.name}_{is_on}.png")
+            picture.file_format = "PNG"
+            picture.save()
 
 
 def off_and_on():
@@ -304,60 +385,37 @@ def off_and_on():
         bpy.ops.preferences.addon_enable(module="bl_ext.user_default.spectral_tiles")
         yield
     yield from idle(0.5)
-    note(engine_afterwards=bpy.context.scene.render.engine, samples_afterwards=bpy.context.scene.spectral_tiles.samples)
+    note(engine_afterwards=bpy.context.scene.render.engine, switch_afterwards=settings().enabled)
 
 
-def refused():
-    """F12 and the comparison where they cannot be done: nothing is rendered, and Blender goes on."""
-    scene = bpy.context.scene
-    scene.spectral_tiles.driver, scene.camera.data.type = "SUBRENDER", "CUSTOM"
-    press(F12)
+def disable_while_rendering():
+    """Disable the extension in the middle of a render, which goes on or ends, as does Blender."""
+    bpy.context.scene.cycles.samples = 2048
+    press(artist.F12)
     yield from until(rendering, 10)
-    yield from until(lambda: not rendering(), RENDER)
-    shoot("refused")
-    try:
-        bpy.ops.spectral_tiles.compare("INVOKE_DEFAULT")
-    except RuntimeError as error:
-        note(comparison_of_refused=str(error))
-    note(renders_after_refusal=rendering())
-    scene.spectral_tiles.driver, scene.camera.data.type = "AUTO", "PERSP"
-    press(ESCAPE)
-    yield from idle(0.5)
-
-
-def preview():
-    """Pictures in lists and browsers: of a red material, a green light and a blue world."""
-    paint = bpy.data.materials.new("Paint")
-    shader = next(node for node in paint.node_tree.nodes if node.type == "BSDF_PRINCIPLED")
-    shader.inputs["Base Color"].default_value = (0.9, 0.05, 0.05, 1)
-    lamp = bpy.data.lights.new("Lamp", "POINT")
-    lamp.color = (0.05, 0.9, 0.05)
-    sky = bpy.data.worlds.new("Sky")
-    background = next(node for node in sky.node_tree.nodes if node.type == "BACKGROUND")
-    background.inputs["Color"].default_value = (0.05, 0.05, 0.9, 1)
-    for thing in (paint, lamp, sky):
-        thing.asset_generate_preview()
-        yield from until(lambda: bpy.app.is_job_running("RENDER_PREVIEW"), 10)
-        yield from until(lambda: not bpy.app.is_job_running("RENDER_PREVIEW"), RENDER)
-        yield from idle(0.5)
-        picture = bpy.data.images.new("Preview", *thing.preview.image_size)
-        picture.pixels.foreach_set(thing.preview.image_pixels_float)
-        picture.filepath_raw, picture.file_format = os.path.join(FOLDER, f"preview_{thing.name}.png"), "PNG"
-        picture.save()
+    yield from idle(2)
+    bpy.ops.preferences.addon_disable(module="bl_ext.user_default.spectral_tiles")
+    yield from idle(1)
+    yield from artist.escape("seconds_to_cancel_disabled")
+    yield from back()
+    bpy.context.scene.cycles.samples = 1
+    yield from artist.rendered()
+    artist.save_result("disabled")
+    yield from back()
+    bpy.ops.preferences.addon_enable(module="bl_ext.user_default.spectral_tiles")
 
 
 def render_and_cancel(name, seconds):
     """Pictures of a render after some seconds and of what is left when it is cancelled."""
-    press(F12)
+    press(artist.F12)
     yield from until(rendering, 10)
     yield from idle(seconds)
     shoot(name)
     note(**{f"{name}_was_rendering": rendering()})
-    yield from escape(f"seconds_to_cancel_{name}")
+    yield from artist.escape(f"seconds_to_cancel_{name}")
     yield from idle(1)
     shoot(f"{name}_cancelled")
-    press(ESCAPE)
-    yield from idle(0.5)
+    yield from back()
 
 
 def demo():
@@ -365,31 +423,33 @@ def demo():
     bpy.ops.wm.open_mainfile(filepath=os.path.join(FOLDER, "spinning_wheels.blend"), load_ui=False)
     yield from idle(1)
     scene = bpy.context.scene
-    scene.render.engine = "SPECTRAL_TILES"
-    scene.spectral_tiles.samples = 16
+    scene.render.engine = "CYCLES"
+    scene.spectral_tiles.enabled = True
+    scene.cycles.samples = 1024
     scene.cycles.use_denoising = False
     yield from render_and_cancel("demo", 6)
 
 
 def in_order():
-    """What the window shows while GATHER renders, and what Esc leaves.
+    """What the window shows while Gather renders, and what Esc leaves.
 
     Debian's Blender lacks what its camera needs, so Cycles renders by the scene's own: the pixels are in order, and
     putting them in order takes them out of it, in the window as in the result.
     """
-    driver, plan, camera = (module(name) for name in ("driver", "plan", "camera"))
-    before = driver.check_build, plan.Plan.write, camera.replace
-    driver.check_build, plan.Plan.write, camera.replace = (lambda *_: None,) * 3
+    gather, plan_image, camera = (module(name) for name in ("drivers.gather", "cycles.plan_image", "cycles.osl_camera"))
+    before = gather.CHECKS, plan_image.write, camera.replace
+    gather.CHECKS, plan_image.write, camera.replace = (), lambda *_: None, lambda *_: None
     scene = bpy.context.scene
     scene.render.resolution_percentage = 50
-    scene.spectral_tiles.samples = 256
+    scene.cycles.samples, scene.cycles.use_adaptive_sampling = 256, False
+    settings().method = "GATHER"
     yield from render_and_cancel("in_order", 8)
-    driver.check_build, plan.Plan.write, camera.replace = before
+    gather.CHECKS, plan_image.write, camera.replace = before
 
 
 STEPS = (
-    install, build_scene, panel, undo, presets, generate, refused, still, cancel, many, animation, compare, off_and_on,
-    preview, demo, in_order,
+    install, build_scene, tabs, panel, undo, presets, generate, refused, still, cancel, many, region, animation,
+    compare, bake, viewport, off_and_on, preview, disable_while_rendering, demo, in_order,
 )  # fmt: skip
 
 

@@ -55,11 +55,12 @@ def run_session(root, archive, results):
     """
     with home(root) as folder:
         shutil.copy(archive, folder / "spectral_tiles.zip")
-        shutil.copy(HERE / "session.py", folder)
+        for name in ("artist.py", "session.py"):
+            shutil.copy(HERE / name, folder)
         shutil.copy(DEMO, folder)
         display = ["xvfb-run", "-a", "-s", "-screen 0 1280x900x24"]
         blender = ["blender", "--factory-startup", "--gpu-backend", "opengl", "-P", "session.py"]
         (results / "log.txt").write_text(run(root, folder, *display, *blender).stdout)
         for made in folder.iterdir():
-            if made.suffix in {".exr", ".json", ".png", ".txt"}:
+            if made.suffix in {".blend", ".exr", ".json", ".png", ".txt"}:
                 shutil.copy(made, results)

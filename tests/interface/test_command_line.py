@@ -2,6 +2,7 @@
 """The command line: what it writes and prints, and its exit codes."""
 
 import json
+import os
 import re
 import signal
 import subprocess
@@ -13,6 +14,7 @@ import bpy
 import numpy as np
 import pytest
 
+from addon import drivers
 from addon.blender import openimageio
 from addon.interface import command_line, comparison
 from tests import rendering
@@ -65,11 +67,107 @@ def test_frames_of_a_path_with_an_ending(scene_file, tmp_path):
     assert sorted(path.name for path in tmp_path.glob("f*")) == ["f0002.png", "f0003.png"]
 
 
+@pytest.mark.parametrize(
+    ("frames", "output", "names"),
+    [
+        ("2", "a.jpeg", ["a.jpeg"]),
+        ("2", "a.JPG", ["a.JPG"]),
+        ("2", "a.tiff", ["a.tiff"]),
+        ("2", "a.webp", ["a.webp"]),
+        ("2", "a.avif", ["a.avif"]),
+        ("2", "a.bmp", ["a.bmp"]),
+        ("2", "a.hdr", ["a.hdr"]),
+        ("2", "a.tga", ["a.tga"]),
+        ("2", "a.jp2", ["a.jp2"]),
+        ("2", "a.dpx", ["a.dpx"]),
+        ("2", "a.cin", ["a.cin"]),
+        ("2", "a.rgb", ["a.rgb"]),
+        ("2", "a.exr", ["a.exr"]),
+        ("2", "folder/", ["0002.png"]),
+        ("1-2", "folder/", ["0001.png", "0002.png"]),
+        ("2", "a", ["a.png"]),
+        ("2", "v1.2_##", ["v1.2_02.png"]),
+        ("2", "{scene_name}.png", ["Scene.png"]),
+        ("1,2", "{scene_name}_#.png", ["Scene_1.png", "Scene_2.png"]),
+        ("-3", "a.png", ["a.png"]),
+        ("-3", "a_####.png", ["a_-0003.png"]),
+        ("-2--1", "a_##.png", ["a_-01.png", "a_-02.png"]),
+        ("-1-1", "a_##.png", ["a_-01.png", "a_00.png", "a_01.png"]),
+    ],
+)
+def test_names_of_pictures(scene_file, tmp_path, frames, output, names):
+    folder = tmp_path / "out"
+    line = ("render", scene_file, f"--frames={frames}", "--output", f"{folder}/{output}", "--percentage", "50")
+    assert run(*line) == command_line.DONE
+    found = [path for path in folder.rglob("*") if path.is_file()]
+    assert sorted(path.name for path in found) == names
+    for path in found:
+        image = bpy.data.images.load(str(path))
+        assert (tuple(image.size) == (16, 12)) or image.type == "MULTILAYER"
+
+
+@pytest.mark.parametrize("output", ["", "a.xyz", "a.mp4", "a.gif"])
+def test_names_that_no_picture_has(scene_file, capfd, output):
+    assert run("render", scene_file, "--output", output) == command_line.WRONG_USE
+    line, *rest = capfd.readouterr().err.splitlines()
+    assert not rest and (not output or ".jpeg .jpg .png" in line)
+
+
+@pytest.mark.parametrize("output", ["x{frame}.png", "x{.png"])
+def test_fields_that_blender_does_not_know(scene_file, tmp_path, capfd, output):
+    assert run("render", scene_file, "--output", tmp_path / output) == command_line.FAILED
+    errors = [line for line in capfd.readouterr().err.splitlines() if line.startswith("spectral_tiles: ")]
+    assert len(errors) == 1 and output in errors[0] and "report this" not in errors[0]
+    assert [path.name for path in tmp_path.iterdir()] == ["scene.blend"]
+
+
+def test_summary_that_cannot_be_written_is_noticed_before(scene_file, tmp_path, monkeypatch, capfd):
+    monkeypatch.setattr(command_line.picture_files, "open_scene", lambda *_: pytest.fail("went on"))
+    for path in (tmp_path / "missing" / "summary.json", tmp_path, f"{scene_file}/summary.json", ""):
+        assert run("render", scene_file, "--json", path) == command_line.WRONG_USE
+        assert len(capfd.readouterr().err.splitlines()) == 1
+
+
+def test_the_switch_is_turned_on_and_the_settings_are_cycles(scene_file, tmp_path, monkeypatch):
+    seen = []
+    monkeypatch.setattr(
+        drivers, "render", lambda engine, depsgraph, native: seen.append(depsgraph.scene.cycles.samples)
+    )
+    run("render", scene_file, "--samples", "7", "--seed", "3", "--output", tmp_path / "a.png")
+    scene = bpy.context.scene
+    assert seen == [7] and scene.spectral_tiles.enabled and scene.render.engine == "CYCLES" and scene.cycles.seed == 3
+
+
+@pytest.mark.parametrize("ending", ["png", "exr", "jpg", "tif", "webp"])
+def test_a_full_disk_keeps_the_picture_that_is_there(scene_file, tmp_path, monkeypatch, capfd, ending):
+    """As Blender leaves it: cut off in the middle, and hardly a word about it."""
+    picture = tmp_path / f"a.{ending}"
+    picture.write_bytes(b"good")
+    listdir = os.listdir
+
+    def cut(folder):
+        for name in (found := listdir(folder)):
+            path = os.path.join(folder, name)
+            if name == picture.name and ".spectral_tiles_" in folder:
+                os.truncate(path, os.path.getsize(path) // 2)
+        return found
+
+    monkeypatch.setattr(command_line.picture_files.os, "listdir", cut)
+    assert run("render", scene_file, "--output", picture) == command_line.FAILED
+    assert picture.read_bytes() == b"good" and len(list(tmp_path.iterdir())) == 2
+    errors = [line for line in capfd.readouterr().err.splitlines() if line.startswith("spectral_tiles: ")]
+    assert len(errors) == 1 and picture.name in errors[0]
+
+
 def test_compare(scene_file, tmp_path, capfd):
-    folder = tmp_path / "pictures"
+    folder, theirs = tmp_path / "pictures", tmp_path / "theirs"
+    folder.mkdir()
+    theirs.write_text("not ours")
+    (folder / "cycles.png").symlink_to(theirs)  # which is replaced, not written through
     assert run("compare", scene_file, "--out", folder, "--reference-samples", "16", "--json", "-") == command_line.DONE
     names = [f"{name}.{ending}" for name in ("cycles", "spectral_tiles") for ending in ("exr", "png")]
     assert sorted(path.name for path in folder.iterdir()) == names
+    assert theirs.read_text() == "not ours" and not (folder / "cycles.png").is_symlink()
     summary = json.loads(capfd.readouterr().out.splitlines()[-1])
     assert [error.keys() for error in summary["errors"].values()] == 3 * [{"cycles", "spectral_tiles", "ratio"}]
     # Both took one sample of the same light; half of the noise or more is which of the two it was, and known.
@@ -80,7 +178,7 @@ def test_comparison_measures_known_errors():
     """White noise of known variance, against two noisy halves: unbiased, and smaller through a Gaussian."""
     random = np.random.default_rng(1)
     truth = random.random((128, 128))
-    pictures = {name: truth + random.normal(0, 0.1, truth.shape) for name in comparison.ENGINES.values()}
+    pictures = {name: truth + random.normal(0, 0.1, truth.shape) for name in comparison.RENDERS.values()}
     halves = [truth + random.normal(0, 0.05, truth.shape) for _ in range(2)]
     for sigma in comparison.SIGMAS:
         # A Gaussian leaves 1 / (4 pi sigma^2) of white noise's variance; 16,384 pixels tell it to a few percent.
@@ -95,7 +193,7 @@ def test_a_refused_render_is_one_line_and_code_1(scene_file, tmp_path, capfd):
     output = tmp_path / "out" / "picture.png"
     tile = tmp_path / "none.npz"
     tile.write_text("no tile")
-    refused = ("render", scene_file, "--output", output, "--tile", tile, "--json", summary)
+    refused = ("render", scene_file, "--output", output, "--pattern", tile, "--json", summary)
     assert run(*refused) == command_line.FAILED
     errors = [line for line in capfd.readouterr().err.splitlines() if line.startswith("spectral_tiles: ")]
     assert len(errors) == 1 and "none.npz" in errors[0]
@@ -111,7 +209,7 @@ def test_failures_are_code_1(scene_file, tmp_path):
     assert run("render", scene_file, "--layer", "1/4", "--samples", "2") == command_line.FAILED
     assert run("render", scene_file, "--output", scene_file + "/picture.png") == command_line.FAILED
     assert run("merge", tmp_path / "picture.exr") == command_line.FAILED
-    assert run("render", scene_file, "--tile", "no such tile") == command_line.FAILED
+    assert run("render", scene_file, "--pattern", "no such pattern") == command_line.FAILED
 
 
 def test_only_openexr_is_merged(scene_file, tmp_path, capfd):
@@ -123,7 +221,7 @@ def test_only_openexr_is_merged(scene_file, tmp_path, capfd):
 
 
 def test_a_refused_comparison_renders_nothing(scene_file, tmp_path):
-    assert run("compare", scene_file, "--out", tmp_path / "out", "--tile", __file__) == command_line.FAILED
+    assert run("compare", scene_file, "--out", tmp_path / "out", "--pattern", __file__) == command_line.FAILED
     assert not (tmp_path / "out").exists()
 
 
@@ -132,7 +230,7 @@ def test_a_mistake_of_ours_is_one_line_too(scene_file, tmp_path, monkeypatch, ca
     def fail(*_):
         raise error
 
-    monkeypatch.setattr(command_line.still, "render", fail)
+    monkeypatch.setattr(command_line.picture_files, "render", fail)
     assert run("render", scene_file, "--json", tmp_path / "summary.json") == command_line.FAILED
     lines = capfd.readouterr().err.splitlines()
     assert len(lines) == 1 and json.loads((tmp_path / "summary.json").read_text())["error"] in lines[0]
@@ -143,7 +241,14 @@ def test_interrupted_while_cycles_renders(scene_file, tmp_path, number):
     """It ends at once, in one line, and leaves nothing but the summary."""
     folder, summary = tmp_path / "out", tmp_path / "summary.json"
     line = ["render", scene_file, "--samples", "4096", "--percentage", "300", "--output", folder / "picture.exr"]
-    program = [sys.executable, "-c", "from addon import command; command_line.main()", *line, "--json", summary]
+    program = [
+        sys.executable,
+        "-c",
+        "from addon.interface import command_line; command_line.main()",
+        *line,
+        "--json",
+        summary,
+    ]
     # A shell's background job ignores interrupts, and so would what it starts.
     process = subprocess.Popen(
         program,
@@ -180,6 +285,12 @@ def test_interrupted_while_cycles_renders(scene_file, tmp_path, number):
         ["render", __file__, "--frames", "x"],
         ["render", __file__, "--layer", "5/4"],
         ["render", __file__, "--layer", "2"],
+        ["render", __file__, "--layer", "1/0"],
+        ["render", __file__, "--layer", "1/99999999999"],
+        ["render", __file__, "--samples", "1" + 5000 * "0"],
+        ["render", __file__, "--frames", "1--"],
+        ["render", __file__, "--frames", "1,"],
+        ["render", __file__, "--frames=-1048575"],
         ["compare", __file__],
         ["merge"],
         ["tile", "info", "missing.npz"],
@@ -188,13 +299,17 @@ def test_interrupted_while_cycles_renders(scene_file, tmp_path, number):
 )
 def test_wrong_use_is_one_line_and_code_2(arguments, capfd):
     assert run(*arguments) == command_line.WRONG_USE
-    assert len(capfd.readouterr().err.splitlines()) == 1
+    (line,) = capfd.readouterr().err.splitlines()
+    assert len(line) < 500
 
 
 def test_help_and_tiles(tmp_path, capsys):
     for arguments in (["--help"], *([name, "--help"] for name in ("render", "compare", "merge", "tile"))):
         assert run(*arguments) == command_line.DONE
         assert "usage: blender --command spectral_tiles" in capsys.readouterr().out
+    run("render", "--help")
+    told = " ".join(capsys.readouterr().out.split())
+    assert "1 to 16777216" in told and "-1048574 to 1048574" in told and ".avif .bmp" in told
     tile = tmp_path / "tile.npz"
     make = ("tile", "make", "--size", "8", "--steps", "50", "--dims", "t", "--out", tile, "--json", "-")
     assert run(*make) == command_line.DONE

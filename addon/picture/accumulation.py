@@ -1,0 +1,84 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""A picture that grows: sums of all passes over samples whose number differs from pixel to pixel."""
+
+import numpy as np
+
+from ..cycles.passes import Kind, divisor
+from .picture import Picture
+
+#: Name of Cycles' pass with the mean of one half of the samples (`kernel/film/adaptive_sampling.h`).
+HALF = "AdaptiveAuxBuffer"
+
+
+class Accumulation:
+    """Sums of passes.
+
+    Parameters
+    ----------
+    size : (int, int)
+        Width and height in pixels.
+    kinds : dict of str to Kind
+        By pass name.
+
+    Attributes
+    ----------
+    counts : float32 array, shape (height, width, 1)
+        Samples of each pixel.
+    """
+
+    def __init__(self, size, kinds):
+        self.size, self.kinds = size, kinds
+        self.counts = np.zeros((*size[::-1], 1), np.float32)
+        self._sums = {}
+
+    def add(self, part, passes, first, count):
+        """Add samples of a rectangle.
+
+        Parameters
+        ----------
+        part : (slice, slice)
+            Its rows and columns.
+        passes : dict
+            (pass name, view name) -> float32 array (height, width, channels): means over these samples.
+        first, count : int
+            First sample, and how many.
+        """
+        for key, pixels in passes.items():
+            if key not in self._sums:
+                self._sums[key] = np.zeros((*self.size[::-1], pixels.shape[2]), np.float32)
+            kind = self.kinds[key[0]]
+            if kind in {Kind.FIRST_SAMPLE, Kind.CRYPTOMATTE}:
+                if first == 0:
+                    self._sums[key][part] = pixels
+                continue
+            by = self._divisor(key, passes)
+            light = pixels * passes[by] if by else pixels
+            self._sums[key][part] += np.float32(count) * light
+        self.counts[part] += count
+
+    def _divisor(self, key, passes):
+        """Key of the pass of the colour that Cycles has divided this one by, if it was rendered."""
+        found = (divisor(key[0]), key[1]) if self.kinds[key[0]] is Kind.DIVIDED else None
+        return found if found in passes and passes[found].shape == passes[key].shape else None
+
+    def mean(self, name):
+        """Mean of a pass of the first view, (height, width, channels)."""
+        return next(sums for (found, _), sums in self._sums.items() if found == name) / self.counts
+
+    def picture(self):
+        """All samples together, as a `Picture`."""
+        passes = {}
+        for key, sums in self._sums.items():
+            kind = self.kinds[key[0]]
+            if kind is Kind.SAMPLE_COUNT:
+                passes[key] = self.counts.copy()
+            elif kind in {Kind.FIRST_SAMPLE, Kind.CRYPTOMATTE}:
+                passes[key] = sums
+            elif by := self._divisor(key, self._sums):
+                # Both are sums over the same samples.
+                colour = self._sums[by]
+                passes[key] = np.divide(sums, colour, out=np.zeros_like(sums), where=colour != 0.0)
+            else:
+                passes[key] = sums / self.counts
+        return Picture({key: pixels.reshape(-1, pixels.shape[2]) for key, pixels in passes.items()},
+                       self.kinds, self.size)  # fmt: skip

@@ -1,0 +1,53 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What samples cost: seconds of a call of Cycles, and of a sample of each pixel, as measured while rendering."""
+
+import numpy as np
+
+# A measurement changes what is known of a rectangle by this factor at most: a machine that does other things for a
+# moment is not believed at once.
+_SURPRISE = 2.0
+
+
+class Costs:
+    """Seconds of calls and samples.
+
+    Parameters
+    ----------
+    size : (int, int)
+        Width and height of the picture in pixels.
+
+    Attributes
+    ----------
+    call : float
+        Of a call beside its samples; to be set before anything is learned.
+    pixels : float array, shape (height, width)
+        Of a sample of each pixel.
+    """
+
+    def __init__(self, size):
+        self.call = np.inf
+        self.pixels = np.full(size[::-1], np.nan)
+
+    def learn(self, part, count, seconds):
+        """Take in how long a call has taken.
+
+        Parameters
+        ----------
+        part : (slice, slice)
+            Rows and columns of its rectangle.
+        count : int
+            Samples of each of its pixels.
+        seconds : float
+        """
+        known = self.pixels[part]
+        spent = max(seconds - self.call, 0.01 * seconds)
+        if np.isnan(known).any():
+            known[...] = spent / (count * known.size)
+        else:
+            ratio = spent / max(count * known.sum(), 1e-12)
+            known *= np.clip(ratio, 1.0 / _SURPRISE, _SURPRISE)
+
+    @property
+    def sample(self):
+        """Seconds of one sample of every pixel."""
+        return float(np.nansum(self.pixels))

@@ -1,0 +1,211 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Which squares of a picture take more samples (Mitchell 1991, section 9; Mitchell 1987).
+
+A square's rate is decided by the eight squares around it, and never by its own samples: a square that was too bright by
+chance would otherwise be diluted by further samples more often than one that was too dark, and the picture would lose
+light (Kirk and Arvo, "Unbiased Sampling Techniques for Image Synthesis", 1991).  A square's own samples judge instead:
+what rates would bring is foretold by noise that had no say in choosing them, so that chance cannot flatter them.
+
+Rates are powers of two times the samples that all pixels have, so that every pixel ends with the first 2^k samples of
+its own Sobol sequence, a net.
+"""
+
+import numpy as np
+
+_LUMINANCE = np.array((0.2126, 0.7152, 0.0722), np.float32)
+
+# Luminance beyond which a display shows no difference.
+_BRIGHTEST = 4.0
+
+# Samples grow with this power of the variance over the cost.  One half leaves the least mean square error if that falls
+# like 1 / n and the variance is known; it falls faster in most scenes, and is guessed.
+_POWER = 0.4
+
+# Share of the picture's mean variance that every square is credited with: its neighbours may be silent by chance.
+_DOUBT = 0.01
+
+# Halvings of an interval of 64 doublings, down to a thousandth of one.
+_HALVINGS = 16
+
+
+class Squares:
+    """A picture cut into squares; those at the right and the top may be smaller.
+
+    Parameters
+    ----------
+    size : (int, int)
+        Width and height of the picture in pixels.
+    side : int
+        Of a square, in pixels.
+
+    Attributes
+    ----------
+    areas : float array, shape (rows, columns)
+        Pixels of each square.
+    """
+
+    def __init__(self, size, side):
+        self.size, self.side = size, side
+        self._x, self._y = (np.arange(0, length, side) for length in size)
+        self._widths, self._heights = (
+            np.diff(edges, append=length) for edges, length in zip((self._x, self._y), size, strict=True)
+        )
+        self.areas = np.outer(self._heights, self._widths).astype(float)
+
+    def sums(self, pixels):
+        """Sums over squares of values of pixels, (height, width) -> (rows, columns)."""
+        rows = np.add.reduceat(pixels, self._y, axis=0, dtype=float)
+        return np.add.reduceat(rows, self._x, axis=1)
+
+    def spread(self, values):
+        """Values of squares, given to each of their pixels."""
+        return np.repeat(np.repeat(values, self._heights, axis=0), self._widths, axis=1)
+
+    def rectangles(self, wanted):
+        """Few rectangles that cover the wanted squares, and only these.
+
+        Parameters
+        ----------
+        wanted : bool array, shape (rows, columns)
+
+        Returns
+        -------
+        list of (int, int, int, int)
+            Left, bottom, width and height in pixels, rows counted as the array's are.
+        """
+        left = wanted.copy()
+        found = []
+        for row, column in zip(*np.nonzero(wanted), strict=True):
+            if not left[row, column]:
+                continue
+            columns = _run(left[row, column:])
+            rows = _run(left[row:, column : column + columns].all(axis=1))
+            left[row : row + rows, column : column + columns] = False
+            x, y = self._x[column], self._y[row]
+            width = min(columns * self.side, self.size[0] - x)
+            height = min(rows * self.side, self.size[1] - y)
+            found.append((int(x), int(y), int(width), int(height)))
+        return found
+
+
+def _run(flags):
+    """How many flags are set from the first on."""
+    return len(flags) if flags.all() else int(np.argmin(flags))
+
+
+def around(sums, areas):
+    """Mean over the squares around each one, itself left out; next neighbours count twice.
+
+    Parameters
+    ----------
+    sums, areas : float array, shape (rows, columns)
+        Of values of pixels, and their numbers.
+
+    Returns
+    -------
+    float array, shape (rows, columns)
+        A picture of a single square has no neighbours: 0.
+    """
+    weight = _ring(areas)
+    return np.divide(_ring(sums), weight, out=np.zeros_like(weight), where=weight > 0.0)
+
+
+def _ring(values):
+    padded = np.pad(values, 1)
+    cross = padded[:-2, 1:-1] + padded[2:, 1:-1] + padded[1:-1, :-2] + padded[1:-1, 2:]
+    corners = padded[:-2, :-2] + padded[:-2, 2:] + padded[2:, :-2] + padded[2:, 2:]
+    return 2.0 * cross + corners
+
+
+def variance_of_mean(mean, half):
+    """Square error of each pixel's luminance that its halves tell.
+
+    Parameters
+    ----------
+    mean, half : float32 array, shape (height, width, 3)
+        Mean of all samples, and of one half of them.
+
+    Returns
+    -------
+    float32 array, shape (height, width)
+    """
+    one, other = (np.minimum(_finite(picture) @ _LUMINANCE, _BRIGHTEST) for picture in (half, 2.0 * mean - half))
+    return 0.25 * np.square(one - other)
+
+
+def cycles_error(mean, half):
+    """The error that Cycles' noise threshold bounds (`kernel/film/adaptive_sampling.h`).
+
+    Parameters and result as of `variance_of_mean`; the difference of mean and half, over the root of the intensity
+    where it is below 1, over the intensity elsewhere.
+    """
+    mean = _finite(mean)
+    intensity = np.maximum(mean.sum(axis=2), 0.0)
+    difference = np.abs(mean - _finite(half)).sum(axis=2)
+    return difference / (1e-4 + np.where(intensity < 1.0, np.sqrt(intensity), intensity))
+
+
+def _finite(pixels):
+    return np.nan_to_num(pixels, nan=0.0, posinf=0.0, neginf=0.0)
+
+
+def wishes(variance, costs, squares):
+    """How many doublings more than others each square would have, if these could be any number.
+
+    Parameters
+    ----------
+    variance : float array, shape (height, width)
+        Of a single sample of each pixel.
+    costs : float array, shape (rows, columns)
+        Seconds of one sample of all pixels of each square.
+    squares : Squares
+
+    Returns
+    -------
+    float array, shape (rows, columns)
+    """
+    sums = squares.sums(variance)
+    guess = around(sums, squares.areas) + _DOUBT * sums.sum() / squares.areas.sum() + 1e-30
+    return _POWER * np.log2(guess * squares.areas / np.maximum(costs, 1e-30))
+
+
+def levels_in_time(wish, costs, levels, base, most, seconds):
+    """Doublings of each square that fill the time best.
+
+    Parameters
+    ----------
+    wish, costs
+        As of `wishes`.
+    levels : int array, shape (rows, columns)
+        Doublings that each square has had.
+    base : int
+        Samples before the first doubling.
+    most : int, or int array of that shape
+        Doublings at most.
+    seconds : float
+        What the further samples may take.
+
+    Returns
+    -------
+    int array, shape (rows, columns)
+    """
+
+    def wanted(shift):
+        return np.maximum(np.clip(np.rint(wish + shift), 0, most).astype(int), levels)
+
+    low, high = -wish.max() - 1.0, np.max(most) - wish.min() + 1.0
+    for _ in range(_HALVINGS):
+        middle = 0.5 * (low + high)
+        fits = seconds_of(costs, levels, wanted(middle), base) <= seconds
+        low, high = (middle, high) if fits else (low, middle)
+    return wanted(low)
+
+
+def seconds_of(costs, levels, wanted, base):
+    """Seconds that the samples from some levels of squares to others take."""
+    return float((costs * base * (2.0**wanted - 2.0**levels)).sum())
+
+
+def square_error(variance_sums, levels, base):
+    """Sum of the pixels' square errors that levels leave, told by each square's own noise."""
+    return float((variance_sums / (base * 2.0**levels)).sum())

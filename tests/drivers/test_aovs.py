@@ -1,0 +1,93 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Users call their AOVs as they like: what a pass holds follows from Cycles' type of it, not from its name."""
+
+import bpy
+import numpy as np
+import pytest
+
+from tests import rendering
+
+#: Names of Cycles' own passes, of data, that begin like them, that differ in case only, and of other alphabets.
+NAMES = (
+    "Depth", "Position", "Normal", "UV", "Object Index", "Diffuse Color", "Glossy Color", "Volume Color", "Rim Direct",
+    "Rim Color", "Normal rim", "Depth fog", "Debug Sample Count", "CryptoObject00", "Noisy Image", "depth", "Tiefe äöü",
+    "深度", "Combined_key",
+)  # fmt: skip
+
+METHODS = {
+    "in place": {"method": "IN_PLACE"},
+    "gather": {"method": "GATHER"},
+    "filter": {"filter": "TENT", "filter_width": 1.0},
+    "automatic": {},
+}
+
+
+def build_scene(names, kinds):
+    """An emissive landscape without chance, whose AOVs all show the position."""
+    scene = rendering.empty_scene(24, 18)
+    rendering.add_camera((0, -6, 4), (np.radians(58), 0, 0))
+    material = rendering.emission()
+    tree = material.node_tree
+    position = tree.nodes.new("ShaderNodeNewGeometry").outputs["Position"]
+    layer = bpy.context.view_layer
+    for name, kind in zip(names, kinds, strict=True):
+        aov = layer.aovs.add()
+        aov.name, aov.type = name, kind
+        node = tree.nodes.new("ShaderNodeOutputAOV")
+        node.aov_name = aov.name
+        tree.links.new(position, node.inputs["Color" if kind == "COLOR" else "Value"])
+    rendering.add_plane(30, material)
+    return scene, [aov for aov in layer.aovs if aov.is_valid]
+
+
+@pytest.mark.parametrize("method", METHODS)
+@pytest.mark.parametrize("kind", ["COLOR", "VALUE"])
+def test_aovs_with_names_of_passes(tmp_path, method, kind):
+    # Gather says that it needs passes of these names itself.
+    names = [name for name in NAMES if name not in {"Depth", "Position"} or method not in {"gather", "filter"}]
+    scene, aovs = build_scene(names, [kind] * len(names))
+    assert len(aovs) > 12
+    for name, value in METHODS[method].items():
+        setattr(scene.spectral_tiles, name, value)
+    # One sample in the middle of each pixel has one possible result, but where a filter takes it elsewhere.
+    samples, allowed = (16, 0.06) if method == "filter" else (1, 2e-4)
+    native = rendering.render(tmp_path, "CYCLES", samples)
+    ours = rendering.render(tmp_path, "SPECTRAL_TILES", samples)
+    assert native.keys() <= ours.keys()
+    for name, pixels in native.items():
+        inner = (slice(2, -2), slice(2, -2))
+        assert np.allclose(ours[name][inner], pixels[inner], atol=allowed * (1 + np.abs(pixels).max())), name
+
+
+def test_lights_are_not_lost_to_an_aov_called_like_their_colour(tmp_path):
+    """Volume Direct beside an AOV called Volume Color, Diffuse Direct beside one called Diffuse Color."""
+    scene, _ = build_scene(("Volume Color", "Diffuse Color"), ("VALUE", "COLOR"))
+    rendering.add_plane(3, rendering.diffuse((0.5, 0.2, 0.8)), (0, 0, 0.2))
+    rendering.add_light("SUN", 2.0, (0, 0, 5), angle=0.0)
+    layer = bpy.context.view_layer
+    layer.use_pass_diffuse_direct = layer.cycles.use_pass_volume_direct = True
+    native = rendering.render(tmp_path, "CYCLES", 16)
+    for method in ("in place", "automatic", "gather"):
+        scene.spectral_tiles.method = METHODS[method].get("method", "AUTO")
+        ours = rendering.render(tmp_path, "SPECTRAL_TILES", 16)
+        for name in ("ViewLayer.Diffuse Direct", "ViewLayer.Volume Direct"):
+            assert ours[name].mean() == pytest.approx(native[name].mean(), rel=0.02), (name, method)
+    scene.spectral_tiles.filter = "TENT"
+    with pytest.raises(RuntimeError, match="name of a color pass"):
+        rendering.render(tmp_path, "SPECTRAL_TILES")
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_forty_aovs_and_sixteen_levels_of_cryptomatte(tmp_path, method):
+    names = [f"Layer {number}" for number in range(40)]
+    scene, _ = build_scene(names, ["COLOR", "VALUE"] * 20)
+    layer = bpy.context.view_layer
+    layer.use_pass_cryptomatte_object, layer.pass_cryptomatte_depth = True, 16
+    for name, value in METHODS[method].items():
+        setattr(scene.spectral_tiles, name, value)
+    native = rendering.render(tmp_path, "CYCLES")
+    ours = rendering.render(tmp_path, "SPECTRAL_TILES")
+    assert native.keys() <= ours.keys()
+    for name in native:
+        if "Crypto" in name and method != "filter":
+            assert np.allclose(ours[name], native[name], atol=1e-5), name

@@ -1,0 +1,173 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Rounds of rectangles on made-up noise: unbiased, complete, within their bounds, and better where they should be."""
+
+import numpy as np
+import pytest
+
+from addon.plan import rates, rounds
+from addon.plan.costs import Costs
+from addon.plan.rounds import Goal
+from addon.plan.rates import Squares
+
+WIDTH, HEIGHT = 72, 40
+SIZE = WIDTH, HEIGHT
+SEEDS = 96
+CALL, SAMPLE = 1e-6, 1e-6
+
+# Two flat areas with an edge between them: quiet, and noisy; fireflies in a corner of the quiet one.
+X, Y = np.meshgrid(np.arange(WIDTH), np.arange(HEIGHT))
+LIGHT = np.where(X < 35, 0.5, 0.2)
+NOISE = np.where(X < 35, 0.02, 0.5)
+FIREFLIES = (X < 20) & (Y > 25)
+CHANCE, FLASH = 0.002, 30.0
+TRUTH = LIGHT + np.where(FIREFLIES, CHANCE * FLASH, 0.0)
+REGIONS = {
+    "quiet": (X < 35) & ~FIREFLIES,
+    "noisy": X >= 35,
+    "fireflies": FIREFLIES,
+    "edge": abs(X - 35) < 3,
+    "border of the fireflies": (abs(X - 20) < 3) & (Y > 22),
+    "everywhere": np.ones((HEIGHT, WIDTH), bool),
+}
+
+
+class Noise:
+    """A picture of made-up samples, as the driver holds one of Cycles'."""
+
+    size = SIZE
+
+    def __init__(self, seed, noise=NOISE, fireflies=FIREFLIES, speed=1.0):
+        self._random = np.random.default_rng(seed)
+        self._noise, self._fireflies, self._speed = noise, fireflies, speed
+        self.sums, self.halves, self.counts = (np.zeros((HEIGHT, WIDTH)) for _ in range(3))
+        self.costs = Costs(SIZE)
+        self.costs.call = CALL
+        self.seconds = 0.0
+
+    @property
+    def mean(self):
+        return np.repeat((self.sums / self.counts)[..., None], 3, axis=2).astype(np.float32)
+
+    @property
+    def half(self):
+        return np.repeat((2.0 * self.halves / self.counts)[..., None], 3, axis=2).astype(np.float32)
+
+    def _sum(self, part, count):
+        shape = self.counts[part].shape
+        flashes = self._random.poisson(CHANCE * count, shape) * self._fireflies[part]
+        # Skewed, as light is: many small values, few large ones.
+        skewed = self._random.gamma(count / 4.0, 4.0, shape) - count
+        return count * LIGHT[part] + 0.5 * self._noise[part] * skewed + FLASH * flashes
+
+    def shoot(self, shots):
+        for (left, bottom, width, height), first, count in shots:
+            part = slice(bottom, bottom + height), slice(left, left + width)
+            assert (self.counts[part] == first).all(), "samples are missing or taken twice"
+            one, other = (self._sum(part, count / 2.0) for _ in range(2))
+            self.sums[part] += one + other
+            self.halves[part] += one
+            self.counts[part] += count
+            taken = CALL + SAMPLE * self._speed * count * width * height
+            self.seconds += taken
+            self.costs.learn(part, count, taken)
+
+
+def rendered(goal, seed, **given):
+    picture = Noise(seed, **given)
+    picture.shoot(rounds.tiles(SIZE, 0, goal.base))
+    for shots in rounds.rounds(goal, picture, picture.costs, lambda: picture.seconds):
+        picture.shoot(shots)
+    return picture
+
+
+def bias(goal):
+    """By region: mean error over pixels and seeds, in its standard errors."""
+    errors = np.array([[(rendered(goal, seed).mean[..., 0] - TRUTH)[where].mean() for where in REGIONS.values()]
+                       for seed in range(SEEDS)])  # fmt: skip
+    return dict(zip(REGIONS, errors.mean(axis=0) / (errors.std(axis=0, ddof=1) / np.sqrt(SEEDS)), strict=True))
+
+
+GOALS = {
+    "mean": Goal(16),
+    "threshold": Goal(256, threshold=0.05),
+    "time": Goal(1024, seconds=SAMPLE * 40 * WIDTH * HEIGHT),
+}
+
+
+@pytest.mark.parametrize("goal", GOALS.values(), ids=GOALS)
+def test_rounds_are_unbiased(goal):
+    assert max(map(abs, bias(goal).values())) < 4.0
+
+
+def test_a_square_that_decides_by_its_own_samples_is_seen_to_be_biased(monkeypatch):
+    monkeypatch.setattr(rates, "around", lambda sums, areas: sums / areas)
+    assert bias(GOALS["threshold"])["fireflies"] < -4.0
+
+
+def test_the_mean_takes_the_time_of_the_same_samples_everywhere():
+    seconds = np.mean([rendered(Goal(64), seed).seconds for seed in range(8)])
+    assert seconds == pytest.approx(SAMPLE * 64 * WIDTH * HEIGHT, rel=0.1)
+
+
+def test_noisy_pixels_take_more_and_the_error_falls():
+    pictures = [rendered(Goal(64), seed, fireflies=np.zeros_like(FIREFLIES)) for seed in range(8)]
+    assert all(picture.counts[NOISE > 0.1].mean() > 2.0 * picture.counts[X < 20].mean() for picture in pictures)
+    error = np.mean([np.square(picture.mean[..., 0] - LIGHT) for picture in pictures])
+    assert error < 0.75 * np.mean(np.square(NOISE)) / 64
+
+
+def test_where_all_pixels_are_alike_they_go_on_together():
+    even = rendered(Goal(64), 0, noise=np.full_like(NOISE, 0.3), fireflies=np.zeros_like(FIREFLIES))
+    assert (even.counts == 64).all()
+
+
+def test_a_threshold_bounds_the_error_that_cycles_measures():
+    threshold = 0.02
+    picture = rendered(Goal(4096, threshold=threshold), 1, fireflies=np.zeros_like(FIREFLIES))
+    error = rates.cycles_error(picture.mean, picture.half)
+    assert np.sqrt(np.square(error)[REGIONS["noisy"]].mean()) < threshold
+    assert picture.counts[X < 20].mean() == 16
+
+
+@pytest.mark.parametrize("goal", [Goal(1024, threshold=0.0), Goal(24, threshold=1e-6), Goal(20, threshold=0.0)])
+def test_no_pixel_takes_more_than_the_most(goal):
+    assert (rendered(goal, 0).counts == goal.samples).all()
+
+
+def test_least_samples_are_taken():
+    assert (rendered(Goal(256, threshold=10.0, least=64), 0).counts == 64).all()
+
+
+@pytest.mark.parametrize("speed", [0.3, 1.0, 3.0])
+def test_a_time_limit_is_used_and_kept(speed):
+    seconds = SAMPLE * 100 * WIDTH * HEIGHT
+    spent = [rendered(Goal(4096, seconds=seconds), seed, speed=speed).seconds for seed in range(4)]
+    assert max(spent) <= 1.05 * seconds and min(spent) > 0.7 * seconds
+
+
+def test_pixels_that_are_not_finite_decide_nothing():
+    picture = Noise(0)
+    picture.shoot(rounds.tiles(SIZE, 0, 16))
+    picture.sums[3, 5], picture.sums[20, 60] = np.nan, np.inf
+    for shots in rounds.rounds(Goal(64), picture, picture.costs, lambda: picture.seconds):
+        picture.shoot(shots)
+    assert 16 <= picture.counts.min() < picture.counts.max()
+
+
+@pytest.mark.parametrize("goal", [Goal(64), Goal(64, threshold=0.01), Goal(64, seconds=1.0)])
+def test_black_frames_end(goal):
+    picture = Noise(0)
+    picture._sum = lambda part, count: np.zeros(picture.counts[part].shape)
+    picture.shoot(rounds.tiles(SIZE, 0, goal.base))
+    for shots in rounds.rounds(goal, picture, picture.costs, lambda: picture.seconds):
+        picture.shoot(shots)
+    assert picture.counts.max() <= goal.most
+
+
+def test_rectangles_cover_exactly_what_is_wanted():
+    squares = Squares((37, 21), 8)
+    wanted = np.random.default_rng(3).random(squares.areas.shape) < 0.5
+    covered = np.zeros((21, 37), int)
+    for left, bottom, width, height in squares.rectangles(wanted):
+        covered[bottom : bottom + height, left : left + width] += 1
+    assert (covered == squares.spread(wanted)).all()
