@@ -12,6 +12,7 @@ from bench import (
     filters,
     frames,
     paper,
+    project,
     quality,
     real,
     real_measuring,
@@ -95,8 +96,8 @@ def _demo(options: argparse.Namespace) -> str:
 def _paper(options: argparse.Namespace) -> str:
     effort = _effort(options)
     parts = paper.parts(effort, options.out, Progress(paper.steps(effort)))
-    if options.readme:
-        paper.write_readme(parts)
+    if options.docs:
+        paper.write_docs(parts)
     return "\n\n".join(map(str, parts))
 
 
@@ -124,7 +125,7 @@ def _report(options: argparse.Namespace) -> str:
         effort = scene_results.Effort(
             options.scenes, *pictures, options.reference_samples or SAMPLES, 512, (1920, 1080), options.pairs
         )
-    return f"{report.make(effort, _effort(options), options.out, options.readme)}"
+    return f"{report.make(effort, _effort(options), options.out, options.docs)}"
 
 
 def _effort(options: argparse.Namespace) -> paper.Effort:
@@ -255,7 +256,7 @@ def _parser() -> argparse.ArgumentParser:
     paper_figures.add_argument(
         "--spectrum", type=_counts, default=(100,), metavar="N", help="samples of the spectra's references, as 100,4096"
     )
-    paper_figures.add_argument("--readme", action="store_true", help="renew README's spectra and table too")
+    paper_figures.add_argument("--docs", action="store_true", help="renew the spectra and table of the docs too")
     paper_figures.set_defaults(run=_paper)
 
     files = commands.add_parser("real", help="real .blend files: time to equal error, raw and denoised")
@@ -307,7 +308,7 @@ def _parser() -> argparse.ArgumentParser:
     page.add_argument("--samples", type=_counts, default=(1, 2, 4, 8, 16), help="samples a pixel, as in 1,2,4,8,16")
     page.add_argument("--seeds", type=int, default=4, help="images of each and sample count")
     page.add_argument("--pairs", type=int, default=3, help="pairs of timed processes")
-    page.add_argument("--readme", action="store_true", help="renew README's pictures and table too")
+    page.add_argument("--docs", action="store_true", help="renew the pictures and table of the docs too")
     page.set_defaults(run=_report, spectrum=(100,))
 
     cycles = commands.add_parser("cycles-tile", help="Cycles' own blue noise as a tile for `generator compare`")
@@ -317,6 +318,8 @@ def _parser() -> argparse.ArgumentParser:
     cycles.add_argument("--seed", type=int, default=0, help="Cycles' seed")
     cycles.add_argument("--out", required=True, help="tile to write, .npz or .exr")
     cycles.set_defaults(run=_cycles_tile)
+
+    project.add_commands(commands)
     return parser
 
 

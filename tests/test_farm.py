@@ -82,7 +82,7 @@ def openjd(scene_file, tmp_path):
 
 
 def test_frames(openjd, tmp_path):
-    done = openjd("frames.openjd.yaml", Output=tmp_path / "out/frame_###.png", Frames="2", Samples=1)
+    done = openjd("frames.openjd.yaml", Output=tmp_path / "out/frame_###.png", Frames="2")
     assert done.returncode == 0, done.stdout + done.stderr
     assert [path.name for path in (tmp_path / "out").iterdir()] == ["frame_002.png"]
     assert "openjd_progress: 100" in done.stdout
