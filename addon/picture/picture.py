@@ -131,8 +131,8 @@ class Picture:
         )  # fmt: skip
 
     def moved(self, film):
-        """The picture whose pixel `film[p]` is pixel p of this one."""
-        return replace(self, passes={key: scattered(pixels, film) for key, pixels in self.passes.items()})
+        """The picture whose pixel `film[p]` is pixel p of this one, which is empty afterwards, for memory's sake."""
+        return replace(self, passes={key: scattered(self.passes.pop(key), film) for key in list(self.passes)})
 
 
 def mean(before, picture, count):
