@@ -30,6 +30,8 @@ from demo_blend import PAPER
 DEMO_SCENE = "wheels"
 #: Timed by default: the demo, and a scene where a sample costs about three times as much.
 TIMED, TIMED_SIZE = (DEMO_SCENE, "hazy_room"), (1920, 1080)
+#: What Sub-Frames are for, and samples a pixel of their references, two of 256 moments each.
+BLURRED, SUB_FRAMES_REFERENCE = tuple(f"demo_blend/{name}.blend" for name in ("swinging_lamp", "blinking_signs")), 256
 #: The demo and two scenes of other kinds.
 FEW = (DEMO_SCENE, "metal", "still_life")
 
@@ -74,6 +76,14 @@ def _shares(options: argparse.Namespace) -> str:
     from bench import shares  # imports Blender, which the other commands leave to their workers
 
     return shares.report([scene_file(name) for name in options.scenes], options.size, range(options.seeds))
+
+
+def _sub_frames(options: argparse.Namespace) -> str:
+    from bench import sub_frames  # renders in this process
+
+    scenes = [scene_file(name) for name in options.scenes]
+    size, reference = tuple(options.size), options.reference_samples or SUB_FRAMES_REFERENCE
+    return sub_frames.report(scenes, size, options.samples, options.moments, options.seeds, reference)
 
 
 def _frames(options: argparse.Namespace) -> str:
@@ -228,6 +238,14 @@ def _parser() -> argparse.ArgumentParser:
     times.add_argument("--samples", type=_counts, default=(1,), help="samples a pixel, as in 1,4,16")
     times.add_argument("--size", type=int, nargs=2, default=TIMED_SIZE, metavar=("W", "H"), help="in pixels")
     times.set_defaults(run=_times)
+
+    blurred = commands.add_parser("sub_frames", parents=[quick], help="Sub-Frames against renders averaged by hand")
+    blurred.add_argument("--scenes", nargs="+", default=BLURRED, metavar="SCENE", help="names or .blend files")
+    blurred.add_argument("--size", type=int, nargs=2, default=(640, 360), metavar=("W", "H"), help="in pixels")
+    blurred.add_argument("--samples", type=int, default=16, help="samples a pixel, and renders by hand")
+    blurred.add_argument("--moments", type=_counts, default=(8, 16, 32, 64), help="moments, as in 8,16,32,64")
+    blurred.add_argument("--seeds", type=int, default=3, help="pictures of each")
+    blurred.set_defaults(run=_sub_frames)
 
     animation = commands.add_parser("frames", parents=[quick], help="error of the mean of frames of still scenes")
     animation.add_argument("--scenes", nargs="+", default=QUALITY, metavar="SCENE", help="names or .blend files")

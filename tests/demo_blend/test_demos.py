@@ -22,6 +22,7 @@ KINDS = {
     "windy_forest": (True, False, 0, 1),
     "dandelion": (True, True, 0, 2),
     "swinging_lamp": (True, False, 0, 1),
+    "blinking_signs": (True, False, 0, 0),
 }
 
 
