@@ -97,26 +97,36 @@ class LayerFile:
             It is missing, damaged, or no layer; its header contradicts itself or the picture; or it cannot be merged.
         """
         if not os.path.isfile(path):
-            raise Refused(f"Missing: {path}")
+            raise Refused(messages.one_line(f"Missing: {path}"))
         seal.check(path)
+        try:
+            return cls._read(path)
+        except UnicodeDecodeError:
+            raise seal.refusal(path, "is damaged: there is no text in its header where text should be") from None
+
+    @classmethod
+    def _read(cls, path):
         image, specs, known = _opened(path)
         size = _checked_size(path, specs)
         if not known:
-            raise Refused(f"{path} was not rendered with Spectral Tiles")
+            raise seal.refusal(path, "was not rendered with Spectral Tiles")
         _check_forms(path, known)
         samples = int(known["samples"])
         first, count = map(int, known.pop("subset").split())
         if not (0 < samples < _LARGEST and 0 < count <= samples - first):
-            raise Refused(f"{path}: its header has samples {first + 1} to {first + count}, but the frame has {samples}")
+            raise seal.refusal(
+                path, f"its header has samples {first + 1} to {first + count}, but the frame has {samples}"
+            )
         if not -_LARGEST < int(known["seed"]) < _LARGEST:
             raise _contradiction(path, "seed", known["seed"])
         owners = {name.removeprefix(PLAN) for name in known if name.startswith(PLAN)}
         types = {owner: layers.aovs_of(known[AOVS + owner]) for owner in owners}
-        if None in types.values():
-            raise _contradiction(path, AOVS, str(known))
+        for owner, found in types.items():
+            if found is None:
+                raise _contradiction(path, AOVS + owner, known[AOVS + owner])
         channels = _channels(specs, owners)
         if len(set(channels)) < len(channels):
-            raise Refused(f"{path} cannot be merged: two of its channels have the same name")
+            raise seal.refusal(path, "cannot be merged: two of its channels have the same name")
         kinds = [passes.kind(c.render_pass, types.get(c.layer, {}).get(c.render_pass)) for c in channels]
         for channel, kind in zip(channels, kinds, strict=True):
             if (
@@ -124,9 +134,10 @@ class LayerFile:
                 and kind is Kind.COLOUR
                 and channel.render_pass not in (types.get(channel.layer, {}))
             ):
-                raise Refused(f"{path} was denoised; denoise after merging")
+                raise seal.refusal(path, "was denoised; denoise after merging")
         divisors = _divisors(path, channels, kinds, types)
         known["size"] = "{} x {}".format(*size)
+        known["window"] = "{0.x} {0.y} in {0.full_width} x {0.full_height}".format(specs[0])
         known["passes"] = ", ".join(f"{channel.view}:{channel}" for channel in channels)
         noise = {}
         for owner in owners:
@@ -153,7 +164,7 @@ def rows(path, image, specs, band):
         start, stop = spec.y + band.start, spec.y + band.stop
         pixels = image.read_scanlines(index, 0, start, stop, 0, 0, spec.nchannels, "float")
         if pixels is None:
-            raise Refused(f"{path} is damaged or truncated: {messages.one_line(image.geterror(), 80)}")
+            raise seal.refusal(path, f"is damaged or truncated: {messages.one_line(image.geterror(), 80)}")
         parts.append(pixels.reshape(stop - start, spec.width, -1))
     return np.concatenate(parts, axis=2)
 
@@ -163,18 +174,16 @@ def _opened(path):
     oiio = openimageio.load()
     image = oiio.ImageInput.open(path)
     if image is None:
-        raise Refused(f"{path} is damaged or truncated: {messages.one_line(oiio.geterror(), 80)}")
+        raise seal.refusal(path, f"is damaged or truncated: {messages.one_line(oiio.geterror(), 80)}")
     if image.format_name() != "openexr":
-        raise Refused(f"{path} is no OpenEXR picture")
+        raise seal.refusal(path, "is no OpenEXR picture")
     specs, known = [], {}
-    try:
-        while image.seek_subimage(len(specs), 0):
-            specs.append(image.spec())
-        for attribute in specs[0].extra_attribs:
-            if attribute.name.startswith(PREFIX):
+    while image.seek_subimage(len(specs), 0):
+        specs.append(image.spec())
+    for number, spec in enumerate(specs):
+        for attribute in spec.extra_attribs:
+            if attribute.name.startswith(PREFIX) and number == 0:
                 known[attribute.name.removeprefix(PREFIX)] = attribute.value
-    except UnicodeDecodeError:
-        raise Refused(f"{path} is damaged or truncated: there is no text in its header where text should be") from None
     image.geterror()  # that there are no more parts
     return image, specs, known
 
@@ -186,10 +195,12 @@ def _checked_size(path, specs):
     frame = spec.full_width, spec.full_height
     values = sum(spec.width * spec.height * spec.nchannels for spec in specs)
     if len(sizes) > 1 or spec.depth != 1 or spec.width > frame[0] or spec.height > frame[1]:
-        raise Refused(f"{path} is damaged: the sizes in its header contradict each other")
+        raise seal.refusal(path, "is damaged: the sizes in its header contradict each other")
     # Of two bytes each, at least.
     if not 0 < 2 * values <= _MOST_PACKED * os.path.getsize(path):
-        raise Refused(f"{path} is damaged: its header has {spec.width} x {spec.height} pixels, more than it can hold")
+        raise seal.refusal(
+            path, f"is damaged: its header has {spec.width} x {spec.height} pixels, more than it can hold"
+        )
     return spec.width, spec.height
 
 
@@ -199,18 +210,18 @@ def _check_forms(path, known):
         if not isinstance(value, str):
             raise _contradiction(path, name, value)
     if "format" not in known:
-        raise Refused(f"{path} was rendered by another version of Spectral Tiles, or is damaged")
+        raise seal.refusal(path, "was rendered by another version of Spectral Tiles, or is damaged")
     forms = dict(_FORMS)
     for layer in {name.partition(".")[2] for name in known if name.startswith(tuple(_OF_LAYERS))} or {""}:
         forms |= {name + layer: form for name, form in _OF_LAYERS.items()}
     for name, form in forms.items():
-        if re.fullmatch(form, known.get(name, "")) is None:
+        if re.fullmatch(form, known.get(name, ""), re.ASCII) is None:
             raise _contradiction(path, name, known.get(name))
 
 
 def _contradiction(path, name, value):
     has = "nothing" if value is None else messages.quoted(value)
-    return Refused(f"{path}: its header has {has} for {messages.one_line(name, 40)}; it is damaged, or no layer")
+    return seal.refusal(path, f"is damaged or no layer: its header has {has} for {messages.one_line(name, 40)}")
 
 
 def _channels(specs, owners):
@@ -234,9 +245,9 @@ def _divisors(path, channels, kinds, types):
             continue
         colour = channel._replace(render_pass=passes.divisor(channel.render_pass))
         if colour.render_pass in types[channel.layer]:
-            raise Refused(f"{path} cannot be merged: call the AOV {colour.render_pass} otherwise")
+            raise seal.refusal(path, f"cannot be merged: call the AOV {colour.render_pass} otherwise")
         if colour not in places:
-            raise Refused(f"{path} cannot be merged: switch on the pass {colour.render_pass} as well")
+            raise seal.refusal(path, f"cannot be merged: switch on the pass {colour.render_pass} as well")
         divisors[number] = places[colour]
     return divisors
 

@@ -19,6 +19,9 @@ from .layers import PLAN, PREFIX
 # Facts of the layers' own renders, which say nothing about the merged picture.
 _OF_ONE_RENDER = re.compile(r"Date|RenderTime|cycles\..*time|openexr:chunkCount|oiio:subimages")
 
+# Components of a pass of Cryptomatte: two identifiers, each with its coverage.
+_RANKS = ("r", "g", "b", "a")
+
 # OpenEXR's compressions that keep every bit.
 _LOSSLESS = {"", "none", "rle", "zip", "zips", "piz"}
 
@@ -82,13 +85,13 @@ def _mean(pictures, weights, layer):
     for column, (channel, kind) in enumerate(zip(layer.channels, layer.kinds, strict=True)):
         if kind is Kind.FIRST_SAMPLE:
             total[..., column] = pictures[0][..., column]
-        elif kind is Kind.SAMPLE_COUNT:
-            total[..., column] = sum(picture[..., column] for picture in pictures)
-        elif kind is Kind.CRYPTOMATTE:
-            place = channel.render_pass[-2:], "rgba".find(channel.component.lower()), column
+        elif kind is Kind.CRYPTOMATTE and channel.component.lower() in _RANKS:
+            place = channel.render_pass[-2:], _RANKS.index(channel.component.lower()), column
             cryptomattes.setdefault((channel.view, channel.layer, channel.render_pass[:-2]), []).append(place)
     for columns in cryptomattes.values():
         order = [column for *_, column in sorted(columns)]
+        if len(order) % 2:
+            raise Refused(f"{layer.path} cannot be merged: it has half a rank of Cryptomatte")
         total[..., order] = _cryptomatte([picture[..., order] for picture in pictures], weights)
     return total
 

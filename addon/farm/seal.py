@@ -10,6 +10,7 @@ import hashlib
 import re
 
 from ..blender.refusal import Refused
+from ..plan.patterns import messages
 
 #: Name of the attribute, and what it holds until the file is sealed.
 NAME, OPEN = "spectral_tiles.digest", "0" * 64
@@ -20,6 +21,12 @@ _PLACE = re.compile(re.escape(_BEFORE) + rb"([0-9a-f]{64})")
 
 # Bytes that hold the headers of all parts, and bytes that are read at a time.
 _HEADERS, _BLOCK = 2**24, 2**20
+
+
+def refusal(path, says):
+    """`Refused` with a sentence about a file, of which the path is shortened first."""
+    says = messages.one_line(says, 120)
+    return Refused(f"{messages.one_line(path, messages.LONGEST - 1 - len(says))} {says}")
 
 
 def seal(path):
@@ -40,9 +47,9 @@ def check(path):
         digest, places = _digest(file)
         found = {value for _, value in places}
     if not found:
-        raise Refused(f"{path} is damaged or truncated, or was not rendered with Spectral Tiles: it has no digest")
+        raise refusal(path, "is damaged or truncated, or was not rendered with Spectral Tiles: it has no digest")
     if found not in ({digest}, {OPEN.encode()}):
-        raise Refused(f"{path} is damaged or truncated: its digest is another one")
+        raise refusal(path, "is damaged or truncated: its digest is another one")
 
 
 def _digest(file):

@@ -116,6 +116,41 @@ def test_merged_layers_lose_the_known_noise(scene_file, tmp_path, monkeypatch, c
             assert np.abs(noisy[name] - pixels).max() > 0.01
 
 
+def test_aovs_with_the_names_of_passes(tmp_path):
+    """They are light, however they are called: merged they are the frame's."""
+    scene = rendering.empty_scene(16, 12)
+    material = rendering.diffuse()
+    nodes, layer = material.node_tree, bpy.context.view_layer
+    noise = nodes.nodes.new("ShaderNodeTexNoise")
+    noise.inputs["Scale"].default_value = 50
+    aovs = {"Depth": "COLOR", "Diffuse Direct": "COLOR", "Volume Color": "VALUE", "Rim Color": "COLOR"}
+    for name, kind in (aovs | {"Rim Direct": "COLOR", "Normal rim": "VALUE", "CryptoObject00": "VALUE"}).items():
+        aov = layer.aovs.add()
+        aov.name, aov.type = name, kind
+        node = nodes.nodes.new("ShaderNodeOutputAOV")
+        node.aov_name = name
+        nodes.links.new(noise.outputs["Color"], node.inputs["Color"])
+        nodes.links.new(noise.outputs[0], node.inputs["Value"])
+    layer.cycles.use_pass_volume_direct = layer.cycles.pass_debug_sample_count = True
+    rendering.add_plane(20, material)
+    rendering.add_light("AREA", 500, (2, 2, 5), size=4.0)
+    rendering.add_camera()
+    scene.cycles.pixel_filter_type = "BLACKMAN_HARRIS"
+    image = scene.render.image_settings
+    image.media_type, image.file_format, image.color_depth = "MULTI_LAYER_IMAGE", "OPEN_EXR_MULTILAYER", "32"
+    scene_file = tmp_path / "scene.blend"
+    bpy.ops.wm.save_as_mainfile(filepath=str(scene_file))
+    render(scene_file, tmp_path / "whole.exr")
+    merge.merge(render_layers(scene_file, tmp_path / "frame.exr", 3), str(tmp_path / "frame.exr"))
+    whole, merged = (rendering.read_exr(tmp_path / name) for name in ("whole.exr", "frame.exr"))
+    assert whole.keys() == merged.keys() >= {f"ViewLayer.{name}" for name in aovs}
+    for name, pixels in whole.items():
+        np.testing.assert_allclose(merged[name], pixels, rtol=0, atol=4e-6 * np.abs(pixels).max(), err_msg=name)
+    for name, kind in aovs.items():
+        if kind == "COLOR":
+            np.testing.assert_array_equal(merged[f"ViewLayer.{name}"], merged["ViewLayer.Rim Direct"], err_msg=name)
+
+
 def test_known_noise_stays_where_the_plan_cannot_be_made_again(scene_file, tmp_path, monkeypatch):
     files = render_layers(scene_file, tmp_path / "frame.exr", 2, "--percentage", "300", samples=2)
     digest = merge.known_noise.digest
