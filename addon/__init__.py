@@ -11,7 +11,8 @@ if bpy.app.version < OLDEST_BLENDER:
         f"this is {bpy.app.version_string}"
     )
 
-import cycles  # noqa: E402  (what follows uses what older versions do not have)
+# What follows uses what older versions do not have.  `cycles` is a wing of ours, here.
+from cycles import engine as cycles_engine  # noqa: E402
 
 from . import interface, settings, switch  # noqa: E402
 from .blender import main_thread  # noqa: E402
@@ -23,7 +24,7 @@ _COPIES = "spectral_tiles_copies"
 
 
 def register():
-    copies = vars(cycles).setdefault(_COPIES, [])
+    copies = vars(cycles_engine).setdefault(_COPIES, [])
     copies.append((_start, _stop))
     if len(copies) == 1:
         _start()
@@ -32,7 +33,7 @@ def register():
 
 
 def unregister():
-    copies = vars(cycles)[_COPIES]
+    copies = vars(cycles_engine)[_COPIES]
     was_at_work = copies[0] == (_start, _stop)
     copies.remove((_start, _stop))
     if was_at_work:
@@ -41,7 +42,7 @@ def unregister():
             start, _ = copies[0]
             start()
     if not copies:
-        delattr(cycles, _COPIES)
+        delattr(cycles_engine, _COPIES)
 
 
 def _start():

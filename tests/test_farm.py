@@ -25,10 +25,10 @@ STAND_IN = """#!{python}
 import os, sys
 sys.path.insert(0, {root!r})
 import addon
-from addon.interface import command_line, picture_files
+from addon.interface import command_line
 addon.register()
 if "DIE" in os.environ:  # when the picture is rendered, but not yet in its place
-    picture_files.os.replace = lambda *paths: os._exit(9)
+    os.replace = lambda *paths: os._exit(9)
 assert sys.argv[1:3] == ["--command", "spectral_tiles"]
 sys.exit(command_line.run(sys.argv[3:]))
 """

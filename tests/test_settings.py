@@ -1,10 +1,18 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The settings behave as Blender's own do: descriptions, animation, files."""
 
-import bpy
 import pytest
 
+pytest.importorskip("bpy")
+
+import bpy
+
 from tests import rendering
+
+
+@pytest.fixture(autouse=True)
+def _registered(extension):
+    pass
 
 
 def settings():
@@ -22,25 +30,57 @@ def test_every_property_is_described_and_overridable():
 
 
 def test_what_can_be_animated():
+    """The switch can, as Cycles' own; what changes the way of a render cannot."""
     scene = rendering.empty_scene()
-    assert {prop.identifier for prop in own_properties() if prop.is_animatable} >= {"samples", "seed"}
-    for frame, samples in ((1, 2), (11, 12)):
-        settings().samples = samples
-        scene.keyframe_insert("spectral_tiles.samples", frame=frame)
-    scene.driver_add("spectral_tiles.seed").driver.expression = "frame * 2"
+    for frame, is_on in ((1, False), (11, True)):
+        settings().enabled = is_on
+        scene.keyframe_insert("spectral_tiles.enabled", frame=frame)
+    scene.driver_add("spectral_tiles.sub_frames").driver.expression = "frame * 2"
     scene.frame_set(11)
-    assert (settings().samples, settings().seed) == (12, 22)
+    assert (settings().enabled, settings().sub_frames) == (True, 22)
+    scene.frame_set(1)
+    assert not settings().enabled
     with pytest.raises(TypeError, match="not animatable"):
-        scene.keyframe_insert("spectral_tiles.tile", frame=1)
+        scene.keyframe_insert("spectral_tiles.pattern", frame=1)
+
+
+def test_names_that_farms_and_scripts_rely_on():
+    names = {prop.identifier for prop in own_properties()}
+    assert names == {
+        "enabled", "method", "distribution", "noise_reduction", "pattern", "pattern_path", "filter", "filter_width",
+        "filter_b", "filter_c", "sub_frames",
+    }  # fmt: skip
+    items = {name: set(settings().bl_rna.properties[name].enum_items.keys()) for name in ("method", "distribution")}
+    assert items == {"method": {"AUTO", "IN_PLACE", "GATHER", "SUB_FRAMES"}, "distribution": {"BY_NOISE", "EVEN"}}
+
+
+def test_off_by_default():
+    rendering.empty_scene()
+    assert not settings().enabled
 
 
 def test_saved_in_the_file(tmp_path):
     rendering.empty_scene()
-    settings().samples, settings().tile, settings().tile_path = 7, "FILE", "//mine.npz"
+    settings().enabled, settings().pattern, settings().pattern_path = True, "FILE", "//mine.npz"
     bpy.ops.wm.save_as_mainfile(filepath=str(tmp_path / "scene.blend"))
     bpy.ops.wm.read_factory_settings(use_empty=True)
+    assert not settings().enabled
     bpy.ops.wm.open_mainfile(filepath=str(tmp_path / "scene.blend"))
-    assert (settings().samples, settings().tile, settings().tile_path) == (7, "FILE", "//mine.npz")
+    assert settings().enabled and (settings().pattern, settings().pattern_path) == ("FILE", "//mine.npz")
+
+
+def test_a_file_opens_in_cycles_without_the_extension(extension, tmp_path):
+    """... with all that was set there, and what was set here is there again once the extension is."""
+    scene = rendering.empty_scene()
+    settings().enabled, settings().sub_frames = True, 33
+    scene.cycles.samples, scene.cycles.use_adaptive_sampling = 4096, True
+    bpy.ops.wm.save_as_mainfile(filepath=str(tmp_path / "scene.blend"))
+    extension.unregister()
+    bpy.ops.wm.open_mainfile(filepath=str(tmp_path / "scene.blend"))
+    scene = bpy.context.scene
+    assert (scene.render.engine, scene.cycles.samples, scene.cycles.use_adaptive_sampling) == ("CYCLES", 4096, True)
+    extension.register()
+    assert settings().enabled and settings().sub_frames == 33
 
 
 def test_files_of_other_versions_load(extension, tmp_path):
@@ -49,18 +89,18 @@ def test_files_of_other_versions_load(extension, tmp_path):
     extension.unregister()
 
     class OtherVersion(bpy.types.PropertyGroup):
-        samples: bpy.props.IntProperty()
+        enabled: bpy.props.BoolProperty()
         gone: bpy.props.StringProperty()
 
     bpy.utils.register_class(OtherVersion)
     bpy.types.Scene.spectral_tiles = bpy.props.PointerProperty(type=OtherVersion)
-    settings().samples, settings().gone = 5, "something"
+    settings().enabled, settings().gone = True, "something"
     bpy.ops.wm.save_as_mainfile(filepath=str(tmp_path / "other.blend"))
     del bpy.types.Scene.spectral_tiles
     bpy.utils.unregister_class(OtherVersion)
     extension.register()
     bpy.ops.wm.open_mainfile(filepath=str(tmp_path / "other.blend"))
-    assert (settings().samples, settings().tile, settings().driver) == (5, "AUTO", "AUTO")
+    assert settings().enabled and (settings().pattern, settings().method) == ("AUTO", "AUTO")
 
 
 def test_registers_again_and_again(extension):
@@ -72,7 +112,7 @@ def test_registers_again_and_again(extension):
         return handlers, classes, bpy.utils.preset_paths("spectral_tiles")
 
     rendering.empty_scene()
-    settings().samples = 7
+    settings().sub_frames = 17
     before = traces()
     extension.unregister()
     without = traces()
@@ -83,4 +123,4 @@ def test_registers_again_and_again(extension):
         extension.unregister()
         assert traces() == without
     extension.register()
-    assert settings().samples == 7
+    assert settings().sub_frames == 17

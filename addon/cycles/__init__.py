@@ -19,4 +19,5 @@ __all__ = [
     "session",
     "shading",
     "shared_sequence",
+    "standstill",
 ]

@@ -9,14 +9,26 @@ from ..blender.refusal import Refused
 
 try:  # as an extension, where the generator is a package beside this one
     from ... import generator
+    from ...generator import atomic_file, messages
     from ...generator import cli as generator_cli
     from ...generator.library import PROFILES, covering
 except ImportError:  # from a checkout, where `addon` and `generator` are top-level packages
     import generator
+    from generator import atomic_file, messages
     from generator import cli as generator_cli
     from generator.library import PROFILES, covering
 
-__all__ = ["ITEMS", "PROFILES", "generator", "generator_cli", "spectral", "tile", "title"]
+__all__ = [
+    "ITEMS",
+    "PROFILES",
+    "atomic_file",
+    "generator",
+    "generator_cli",
+    "messages",
+    "spectral",
+    "tile",
+    "title",
+]
 
 _FOLDER = os.path.join(os.path.dirname(os.path.dirname(__file__)), "tiles")
 
@@ -67,7 +79,7 @@ def tile(name, path="", dims=PROFILES["full"]):
         return None
     if name == "FILE":
         if not path:
-            raise Refused("No pattern file is set; choose one under Render Properties > Spectral Tiles > Advanced")
+            raise Refused("No pattern file is set; choose one under Sampling > Spectral Tiles > Advanced")
         return _read(path)
     return spectral(dims) if name == "SPECTRAL" else _read(os.path.join(_FOLDER, name.lower() + ".npz"))
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The picture of the house: imports are read as they are, and drawn.  That they run down, `tests/test_house.py` tests."""
+"""The picture of the house: imports are read as they are, and drawn; `tests/test_house.py` tests that they run down."""
 
 import matplotlib.pyplot as plt
 

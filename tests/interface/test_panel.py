@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What the panel offers: the forecast, presets, the comparison with Cycles, tiles made in the background."""
+"""What the panel says and offers: the sentence, presets, the comparison with Cycles, patterns made meanwhile."""
 
 import os
 
@@ -8,11 +8,13 @@ import numpy as np
 import pytest
 
 import generator
-from addon import driver
-from addon.blender import progress
+from addon import switch
 from addon.cycles import scene_analysis
-from addon.interface import forecast, pattern_icons, pattern_making
-from addon.plan import patterns, sample_plan
+from addon.cycles.scene_use import SceneUse
+from addon.drivers.choice import Choice
+from addon.drivers.frame import pattern_tile
+from addon.interface import forecast, panel, pattern_icons, pattern_making
+from addon.plan import patterns
 from tests import rendering
 
 
@@ -21,186 +23,185 @@ def build_scene(size=16):
     rendering.add_camera((0, -5, 5), (np.radians(45), 0, 0))
     rendering.add_plane(8, rendering.diffuse())
     rendering.add_light("AREA", 300, (1, -1, 4), size=2)
-    scene.render.engine = "SPECTRAL_TILES"
+    scene.spectral_tiles.enabled = True
     bpy.context.view_layer.update()
     return scene
 
 
-def zoom(camera):
-    """Animate a camera's focal length over frames 0 to 2."""
-    for frame, length in ((0, 20.0), (2, 60.0)):
-        camera.lens = length
-        camera.keyframe_insert("lens", frame=frame)
-    rendering.make_linear(camera)
-    bpy.context.scene.frame_set(1)
-
-
 def use(motion_blur=False, lens=False, lights=0, bounces=False):
-    return scene_analysis.SceneUse(motion_blur, lens, lights, bounces, glow=False)
+    return SceneUse(motion_blur, lens, lights, bounces, glow=False)
 
 
 @pytest.mark.parametrize(
-    ("used", "sentence"),
+    ("used", "words"),
     [
-        (use(), "Nothing that makes noise"),
-        (use(lens=True), "Lens"),
-        (use(lights=1, bounces=True), "1 light and indirect light"),
-        (use(True, True, 3), "Motion blur, lens and 3 lights"),
+        (use(lens=True), "depth of field"),
+        (use(lights=1, bounces=True), "direct and indirect light"),
+        (use(True, True, 3), "motion blur, depth of field, direct light"),
     ],
 )
-def test_what_the_scene_uses_in_words(used, sentence):
-    assert forecast.sentence(used) == sentence
+def test_what_the_noise_comes_from_in_words(used, words):
+    assert forecast.noise_sources(used) == words
 
 
-def test_forecast_follows_the_scene():
+def told(scene):
+    return forecast.sentence(scene, bpy.context.view_layer)
+
+
+def chosen(scene):
+    return forecast.chosen(scene, bpy.context.view_layer)
+
+
+def test_the_sentence_follows_the_settings():
     scene = build_scene()
-    scene.cycles.max_bounces = 0
-    layer = bpy.context.view_layer
-    assert forecast.uses(scene, layer) == "1 light: using Cycles' own samples, arranged for these"
-    rendering.add_light("POINT", 10, (0, 0, 2))
+    scene.cycles.max_bounces, scene.render.use_motion_blur = 0, True
+    settings = scene.spectral_tiles
+    settings.method = "GATHER"
+    assert told(scene) == "Optimized for motion blur, direct light"
+    settings.pattern = "SPECTRAL_64"
+    assert told(scene) == "Samples follow the pattern Spectral 64"
+    settings.filter = "LANCZOS"
+    assert told(scene) == "Spreads every sample by the filter Lanczos"
+
+
+@pytest.mark.parametrize("method", ["CYCLES", "ROUNDS", "IN_PLACE", "GATHER", "SUB_FRAMES"])
+def test_a_sentence_for_every_method(monkeypatch, method):
+    """Short, and without figures of what is measured or guessed."""
+    scene = build_scene()
+    monkeypatch.setattr(forecast.choice, "of_layer", lambda *_: Choice(method))
+    sentence = told(scene)
+    assert sentence and len(sentence) < 100 and not sentence.endswith(".")
+
+
+def test_one_lamp_and_a_world_are_not_two_lights():
+    scene = build_scene()
+    rendering.set_world((1, 1, 1))
     bpy.context.view_layer.update()
-    scene.render.use_motion_blur = True
-    for tile, name in (("SPECTRAL", "motion-lights-1"), ("SPECTRAL_64", "spectral_64"), ("FILE", "mine.npz")):
-        scene.spectral_tiles.tile, scene.spectral_tiles.tile_path = tile, "//tiles/mine.npz"
-        assert forecast.uses(scene, layer) == f"Motion blur and 2 lights: using tile {name}"
+    scene.spectral_tiles.method = "GATHER"
+    assert not any(letter.isdigit() for letter in told(scene))
 
 
-def test_forecast_counts_only_after_a_change(monkeypatch):
+def test_emitters_are_counted_only_after_a_change(monkeypatch):
     scene = build_scene()
-    forecast.uses(scene, bpy.context.view_layer)
-    monkeypatch.setattr(analysis, "emitters", lambda depsgraph: pytest.fail("counted again"))
-    forecast.uses(scene, bpy.context.view_layer)
+    told(scene)
+    monkeypatch.setattr(scene_analysis, "emitters", lambda depsgraph: pytest.fail("counted again"))
+    told(scene)
 
 
-def test_forecast_tells_every_refusal():
+def test_refusals_are_told_once_and_instead_of_the_sentence():
     scene = build_scene()
-    assert forecast.refusals(scene, bpy.context.view_layer) == []
-    scene.camera.data.type = "CUSTOM"
-    assert forecast.refusals(scene, bpy.context.view_layer) == []
-    assert "custom lens" in told(forecast.render_calls, scene)
-    scene.spectral_tiles.tile = "FILE"
-    messages = forecast.refusals(scene, bpy.context.view_layer)
-    assert len(messages) == 2
+    assert chosen(scene).refusals == ()
+    scene.spectral_tiles.pattern = "FILE"
+    assert told(scene) is None
+    (message,) = chosen(scene).refusals
+    assert "No pattern file is set" in message
     with pytest.raises(RuntimeError) as refused:
         bpy.ops.render.render()
-    assert messages[0] in str(refused.value)
+    assert message in str(refused.value)
 
 
-def test_forecast_without_a_camera():
+def test_no_camera_is_cycles_own_error():
     scene = build_scene()
-    layer = bpy.context.view_layer
-    layer.use_pass_mist = layer.use_pass_vector = True
     bpy.data.objects.remove(scene.camera)
-    for name in ("GATHER", "IN_PLACE", "SUBRENDER"):
-        scene.spectral_tiles.driver = name
-        assert "no camera" in forecast.refusals(scene, layer)[0]
-
-
-def test_forecast_tells_of_the_shading():
-    scene = build_scene()
-    scene.spectral_tiles.driver = "GATHER"
-    tree = bpy.data.materials[0].node_tree
-    node = tree.nodes.new("ShaderNodeTexCoord")
-    bsdf = next(found for found in tree.nodes if found.type == "BSDF_DIFFUSE")
-    link = tree.links.new(node.outputs["Window"], bsdf.inputs["Color"])
     bpy.context.view_layer.update()
-    assert "Window coordinates" in forecast.refusals(scene, bpy.context.view_layer)[0]
-    tree.links.remove(link)
-    bpy.context.view_layer.update()
-    assert forecast.refusals(scene, bpy.context.view_layer) == []
+    assert chosen(scene).refusals == ()
+    scene.spectral_tiles.enabled = False
+    with pytest.raises(RuntimeError) as theirs:
+        bpy.ops.render.render()
+    scene.spectral_tiles.enabled = True
+    with pytest.raises(RuntimeError) as ours:
+        bpy.ops.render.render()
+    assert str(ours.value) == str(theirs.value)
 
 
-def told(tells, scene):
-    return tells(scene, bpy.context.view_layer)
-
-
-def test_forecast_tells_the_driver_and_why(monkeypatch):
+@pytest.mark.parametrize("engine", ["BLENDER_EEVEE", "BLENDER_WORKBENCH"])
+def test_no_trace_of_it_in_other_engines(engine):
     scene = build_scene()
-    assert told(forecast.render_calls, scene).startswith("Gather, the faster driver: one Cycles render")
-    scene.spectral_tiles.driver = "GATHER"
-    assert told(forecast.render_calls, scene).startswith("Gather: one Cycles render")
-    scene.spectral_tiles.driver = "SUBRENDER"
-    assert "Sub-renders: 256 small Cycles renders" in told(forecast.render_calls, scene)
-    scene.spectral_tiles.driver = "AUTO"
-    monkeypatch.setattr(driver.cycles, "with_osl", lambda: False)
-    assert "no Open Shading Language" in told(forecast.render_calls, scene)
-    assert forecast.refusals(scene, bpy.context.view_layer) == []
+
+    class Context:
+        pass
+
+    for cls in panel._CLASSES:
+        Context.engine = "CYCLES"
+        assert cls.poll(Context)
+        Context.engine = engine
+        assert not cls.poll(Context)
+    scene.render.engine = engine
+    assert not bpy.ops.spectral_tiles.compare.poll()
 
 
-def test_ignored_settings_are_told():
-    scene = build_scene()
-    assert told(forecast.ignored, scene) == []
-    cycles = scene.cycles
-    cycles.use_adaptive_sampling = True
-    cycles.time_limit = 5.0
-    bpy.context.view_layer.samples = 3
-    assert len(told(forecast.ignored, scene)) == 3
-    driver.set_samples(cycles, 1)
-    assert told(forecast.ignored, scene) == []
+def test_it_is_a_part_of_the_sampling_panel():
+    assert panel.SPECTRAL_TILES_PT_sampling.bl_parent_id == "CYCLES_RENDER_PT_sampling"
+    assert "DEFAULT_CLOSED" in panel.SPECTRAL_TILES_PT_advanced.bl_options
+    assert not [name for name in dir(bpy.types) if "SPECTRAL" in name and name.endswith("Render")]
 
 
-def test_zoom_that_does_not_blur_is_told():
-    scene = build_scene()
-    zoom(scene.camera.data)
-    assert told(forecast.ignored, scene) == []
-    scene.render.use_motion_blur = True
-    assert len(told(forecast.ignored, scene)) == 1
-    scene.spectral_tiles.driver = "SUBRENDER"
-    assert told(forecast.ignored, scene) == []
-    scene.spectral_tiles.driver = "GATHER"
-    scene.camera.data.animation_data_clear()
-    assert told(forecast.ignored, scene) == []
-    scene.camera.data.driver_add("sensor_width")
-    assert len(told(forecast.ignored, scene)) == 1
+def test_lines_break_where_the_panel_ends():
+    text = "Samples follow the pattern Spectral 64 and more words than one line has"
+    panel.blf.size(0, 12)
+    lines = panel._lines(text, 120)
+    assert " ".join(lines) == text and len(lines) > 2
+    assert all(panel.blf.dimensions(0, line)[0] <= 120 or " " not in line for line in lines)
+    assert panel._lines(text, 10000) == [text]
 
 
 def preset_files():
-    return {name: os.path.join(folder, name) for folder in bpy.utils.preset_paths("spectral_tiles")
-            for name in os.listdir(folder) if name.endswith(".py")}  # fmt: skip
+    return {
+        name: os.path.join(folder, name)
+        for folder in bpy.utils.preset_paths("spectral_tiles")
+        for name in os.listdir(folder)
+        if name.endswith(".py")
+    }
+
+
+def advanced(settings):
+    names = [prop.identifier for prop in settings.bl_rna.properties]
+    return {name: getattr(settings, name) for name in names if name not in {"rna_type", "name", "enabled"}}
 
 
 def test_presets():
-    scene = build_scene()
+    settings = build_scene().spectral_tiles
+    defaults = advanced(settings)
     found = preset_files()
-    seen = {}
-    settings = scene.spectral_tiles
-    for name in ("Preview.py", "Animation.py", "Final.py"):
-        settings.control_variates, settings.filter, settings.adaptive = False, "BOX", "BUDGET"
-        settings.animated_seed = False
-        bpy.ops.script.execute_preset(filepath=found[name], menu_idname="SPECTRAL_TILES_PT_presets")
-        seen[name] = settings.samples
-        assert (settings.control_variates, settings.filter, settings.adaptive) == (True, "AS_CYCLES", "OFF")
-        assert settings.animated_seed
-    assert seen == {"Preview.py": 1, "Animation.py": 4, "Final.py": 16}
+    assert found.keys() == {"Default.py", "Spectral_Pattern.py"}
+    run = {"menu_idname": "SPECTRAL_TILES_PT_presets"}
+    bpy.ops.script.execute_preset(filepath=found["Spectral_Pattern.py"], **run)
+    assert (settings.method, settings.pattern, settings.noise_reduction) == ("GATHER", "SPECTRAL", False)
+    settings.filter, settings.filter_b, settings.sub_frames = "MITCHELL_NETRAVALI", 0.1, 99
+    bpy.ops.script.execute_preset(filepath=found["Default.py"], **run)
+    assert advanced(settings) == defaults and settings.enabled
 
 
-def test_own_presets_keep_every_setting_but_the_seed():
+def test_own_presets_keep_every_advanced_setting():
     kept = set(bpy.types.SPECTRAL_TILES_OT_preset_add.preset_values)
-    settings = {prop.identifier for prop in build_scene().spectral_tiles.bl_rna.properties}
-    missing = {name for name in settings if f"settings.{name}" not in kept}
-    assert missing == {"rna_type", "name", "seed"}
+    assert kept == {f"settings.{name}" for name in advanced(build_scene().spectral_tiles)}
 
 
-def test_comparison_fills_two_slots(tmp_path):
-    """Each slot holds what its engine renders alone at these samples, and the scene is as it was."""
+def read_slots(folder):
+    result = bpy.data.images["Render Result"]
+    settings = bpy.context.scene.render.image_settings
+    settings.media_type, settings.file_format, settings.color_depth = "IMAGE", "OPEN_EXR", "32"
+    slots = {}
+    for name in ("Cycles", "Spectral Tiles"):
+        result.render_slots.active_index = [slot.name for slot in result.render_slots].index(name)
+        result.save_render(str(folder / "slot.exr"))
+        slots[name] = next(iter(rendering.read_exr(folder / "slot.exr").values()))[..., :3]
+    return slots
+
+
+@pytest.mark.parametrize("is_on", [False, True])
+def test_comparison_fills_two_slots(tmp_path, is_on):
+    """Each slot holds what Cycles renders with the switch off and on, and all is set as it was."""
     scene = build_scene()
-    scene.spectral_tiles.samples = 3
-    scene.cycles.samples = 50
-    scene.cycles.use_adaptive_sampling = True
+    scene.cycles.samples = 3
+    scene.spectral_tiles.enabled, scene.spectral_tiles.method = is_on, "GATHER"
     bpy.ops.render.render()
     result = bpy.data.images["Render Result"]
     users_slots = [slot.name for slot in result.render_slots]
     bpy.ops.spectral_tiles.compare()
-    assert scene.render.engine == "SPECTRAL_TILES" and scene.cycles.samples == 50 and scene.cycles.use_adaptive_sampling
+    assert scene.spectral_tiles.enabled == is_on and switch.forced is None
     assert [slot.name for slot in result.render_slots] == [*users_slots, "Cycles", "Spectral Tiles"]
-    settings = scene.render.image_settings
-    settings.file_format, settings.color_depth = "OPEN_EXR", "32"
-    slots = {}
-    for name in ("Cycles", "Spectral Tiles"):
-        result.render_slots.active_index = [slot.name for slot in result.render_slots].index(name)
-        result.save_render(str(tmp_path / "slot.exr"))
-        slots[name] = next(iter(rendering.read_exr(tmp_path / "slot.exr").values()))[..., :3]
-    scene.cycles.use_adaptive_sampling = False
+    slots = read_slots(tmp_path)
     for name, engine in (("Cycles", "CYCLES"), ("Spectral Tiles", "SPECTRAL_TILES")):
         alone = rendering.beauty(rendering.render(tmp_path, engine, samples=3))[..., :3]
         assert np.abs(slots[name] - alone).max() < 1e-5
@@ -216,32 +217,32 @@ def test_comparison_before_the_first_render():
     assert names.count("Cycles") == names.count("Spectral Tiles") == 1
 
 
-def test_refused_comparison_leaves_the_engine_as_it_was():
+def test_refused_comparison_leaves_the_switch_as_it_was():
     scene = build_scene()
-    scene.spectral_tiles.tile = "FILE"
-    with pytest.raises(RuntimeError, match="No tile file"):
+    scene.spectral_tiles.pattern = "FILE"
+    with pytest.raises(RuntimeError, match="No pattern file"):
         bpy.ops.spectral_tiles.compare()
-    assert not bpy.types.RenderEngine.bl_rna_get_subclass_py("SPECTRAL_TILES").native
+    assert switch.forced is None and scene.spectral_tiles.enabled
 
 
-def test_generated_tile_is_used(tmp_path):
+def test_generated_pattern_is_used(tmp_path):
     scene = build_scene()
     path = str(tmp_path / "mine.npz")
-    bpy.ops.spectral_tiles.generate_tile(filepath=path, method="stratified", size="16", seed=3)
-    assert (scene.spectral_tiles.tile, scene.spectral_tiles.tile_path) == ("FILE", path)
-    made = patterns.tile(scene.spectral_tiles)
+    bpy.ops.spectral_tiles.generate_pattern(filepath=path, method="stratified", size="16", seed=3)
+    assert (scene.spectral_tiles.pattern, scene.spectral_tiles.pattern_path) == ("FILE", path)
+    made = pattern_tile(scene)
     assert made.dims == ("light.u", "light.v", "bsdf.u", "bsdf.v") and made.size == 16
     bpy.ops.render.render()
 
 
-def test_tile_into_no_folder_is_refused(tmp_path):
+def test_pattern_into_no_folder_is_refused(tmp_path):
     scene = build_scene()
     with pytest.raises(RuntimeError, match="no such folder"):
-        bpy.ops.spectral_tiles.generate_tile(filepath=str(tmp_path / "missing" / "mine.npz"), size="16")
-    assert scene.spectral_tiles.tile == "AUTO" and pattern_making.job is None
+        bpy.ops.spectral_tiles.generate_pattern(filepath=str(tmp_path / "missing" / "mine.npz"), size="16")
+    assert scene.spectral_tiles.pattern == "AUTO" and pattern_making.job is None
 
 
-def test_cancelled_tile_leaves_no_file(tmp_path):
+def test_cancelled_pattern_leaves_no_file(tmp_path):
     job = pattern_making.Job(tmp_path / "mine.npz", method="spectral", size=64, dims=("t",), seed=0)
     job.start()
     while job.fraction == 0.0:
@@ -251,58 +252,12 @@ def test_cancelled_tile_leaves_no_file(tmp_path):
     assert job.error is None and os.listdir(tmp_path) == []
 
 
-def test_picture_of_a_tile():
+def test_picture_of_a_pattern():
     """White noise has a flat spectrum; a spectral tile's is dark in the middle."""
     rng = np.random.default_rng(1)
     white = generator.Tile(("t", "light.u"), rng.random((64, 64, 1, 2), dtype=np.float32))
-    blue = generator.load_tile(os.path.join(os.path.dirname(patterns.__file__), "tiles", "spectral_64.npz"))
+    blue = generator.load_tile(os.path.join(patterns._FOLDER, "spectral_64.npz"))
     middle = (slice(48, 80), slice(48, 80))
     assert 0.35 < pattern_icons.spectrum(white)[middle].mean() < 0.6
     assert pattern_icons.spectrum(blue)[middle].mean() < 0.1
     assert np.array_equal(pattern_icons.values(white)[:64, :64], white.values[..., 0, 0])
-
-
-def test_forecast_tells_what_a_frame_costs(monkeypatch):
-    """A plan's time and its memory follow the pixels; frames of a group have each their own."""
-    scene = build_scene(1000)
-    monkeypatch.setattr(sample_plan.memory, "pace", 5e-6)
-    assert told(forecast.overhead, scene) == "Adds about 5 s once for frames of this size, and up to 240 MB of memory"
-    scene.spectral_tiles.animated_seed = True
-    assert "about 5 s for each of the first 4 frames" in told(forecast.overhead, scene)
-    scene.spectral_tiles.adaptive = "BUDGET"
-    assert "up to 750 MB" in told(forecast.overhead, scene)
-    scene.spectral_tiles.adaptive = "OFF"
-    scene.render.resolution_percentage = 10
-    assert told(forecast.overhead, scene) == "Adds less than a second a frame, and up to 210 MB of memory"
-
-
-@pytest.mark.parametrize(("seconds", "words"), [(8, "8 s"), (128, "2 min 8 s"), (7500, "2 h 5 min")])
-def test_durations(seconds, words):
-    assert progress.duration(seconds) == words
-
-
-def test_pace_of_plans_is_measured(monkeypatch):
-    memory = sample_plan.Memory()
-    clock = iter((10.0, 30.0, 40.0, 41.0))
-    monkeypatch.setattr(sample_plan.time, "perf_counter", lambda: next(clock))
-    memory.get("large", lambda: sample_plan.Plan(0, 1000, np.zeros(1000 * 1000, np.int32)))
-    memory.get("small", lambda: sample_plan.Plan(0, 10, np.zeros(100, np.int32)))
-    assert memory.pace == pytest.approx(20e-6)
-
-
-def test_forecast_tells_how_long_sub_renders_take(monkeypatch):
-    scene = build_scene()
-    scene.spectral_tiles.driver = "SUBRENDER"
-    monkeypatch.setattr(progress.Progress, "pace", None)
-    assert "256 small" in told(forecast.render_calls, scene) and "1 s at least" in forecast.overhead(
-        scene, bpy.context.view_layer
-    )
-    scene.spectral_tiles.samples = 1
-    bpy.ops.render.render()
-    assert 0.0 < progress.Progress.pace < 5.0
-    progress.Progress.pace = 0.5
-    assert "about 2 min 8 s" in told(forecast.overhead, scene)
-    scene.spectral_tiles.samples = 32
-    assert "512 small" in forecast.render_calls(scene, bpy.context.view_layer) and "about 4 min 16 s" in told(
-        forecast.overhead, scene
-    )

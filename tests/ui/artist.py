@@ -95,8 +95,11 @@ def rendered():
 
 def back():
     """Leave the picture for the 3D view."""
-    press(ESCAPE)
-    yield from idle(0.5)
+    for _ in range(3):
+        press(ESCAPE)
+        yield from idle(0.5)
+        if any(found.type == "VIEW_3D" for found in bpy.context.window_manager.windows[0].screen.areas):
+            return
 
 
 def escape(fact):

@@ -15,8 +15,8 @@ import numpy as np
 
 sys.path.append(os.getcwd())
 
-import artist  # noqa: E402
-from artist import FOLDER, area, back, idle, looking_at, module, note, press, redraw, rendering, shoot, until  # noqa: E402
+import artist
+from artist import FOLDER, area, back, idle, looking_at, module, note, press, redraw, rendering, shoot, until
 
 
 def settings():

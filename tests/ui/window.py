@@ -11,7 +11,7 @@ HERE = Path(__file__).parent
 DEMO = HERE.parent.parent / "demo_blend" / "spinning_wheels.blend"
 
 # Seconds for everything that `session.py` does.
-_LIMIT = 600
+_LIMIT = 1200
 
 
 def make_root(root):
