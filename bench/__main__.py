@@ -28,6 +28,8 @@ from bench.table import Progress
 from demo_blend import PAPER
 
 DEMO_SCENE = "wheels"
+#: What the demo shows: noise in places, as in most frames.
+SHOWN_SCENE = "interior"
 #: Timed by default: the demo, and a scene where a sample costs about three times as much.
 TIMED, TIMED_SIZE = (DEMO_SCENE, "hazy_room"), (1920, 1080)
 #: What Sub-Frames are for, and samples a pixel of their references, two of 256 moments each.
@@ -99,8 +101,8 @@ def _filters(options: argparse.Namespace) -> str:
 
 
 def _demo(options: argparse.Namespace) -> str:
-    settings = Settings(samples=options.samples, size=tuple(options.size))
-    return demo.make(scene_file(options.scene), settings, options.seed, options.reference_samples, options.out)
+    scene = scene_file(options.scene)
+    return demo.make(scene, options.width, options.threshold, options.reference_samples, options.out, options.docs)
 
 
 def _paper(options: argparse.Namespace) -> str:
@@ -253,13 +255,13 @@ def _parser() -> argparse.ArgumentParser:
     animation.add_argument("--deviation", type=float, default=0.0, help="of a Gaussian in pixels, 0 for Cycles' box")
     animation.set_defaults(run=_frames)
 
-    pictures = commands.add_parser("demo", help="render one scene both ways, as pictures")
+    pictures = commands.add_parser("demo", help="one scene by Cycles and by ours in the same time, as pictures")
     pictures.add_argument("--out", type=Path, required=True, metavar="DIR", help="folder of the pictures")
-    pictures.add_argument("--scene", default=DEMO_SCENE, help="name or .blend file")
-    pictures.add_argument("--samples", type=int, default=1, help="samples a pixel of both")
-    pictures.add_argument("--size", type=int, nargs=2, default=(960, 540), metavar=("W", "H"), help="in pixels")
-    pictures.add_argument("--seed", type=int, default=0, help="seed of both")
-    pictures.add_argument("--reference-samples", type=int, default=16, help="samples a pixel of each reference half")
+    pictures.add_argument("--scene", default=SHOWN_SCENE, help="name or .blend file")
+    pictures.add_argument("--width", type=int, default=640, metavar="N", help="of the pictures in pixels, 640")
+    pictures.add_argument("--threshold", type=float, default=0.1, help="Cycles' noise threshold, .1")
+    pictures.add_argument("--reference-samples", type=int, default=64, help="samples a pixel of each reference half")
+    pictures.add_argument("--docs", action="store_true", help="renew README's picture, too")
     pictures.set_defaults(run=_demo)
 
     paper_figures = commands.add_parser("paper", parents=[quick], help="the paper's experiments, rendered by Cycles")
