@@ -6,7 +6,20 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 
-from bench import demo, errors, filters, frames, paper, quality, report, scene_results, timing
+from bench import (
+    demo,
+    errors,
+    filters,
+    frames,
+    paper,
+    project,
+    quality,
+    real,
+    real_measuring,
+    report,
+    scene_results,
+    timing,
+)
 from bench.jobs import AUTOMATIC, RenderFailed, Settings
 from bench.reference import QUICK_SAMPLES, SAMPLES
 from bench.scene_files import scene_file
@@ -15,8 +28,12 @@ from bench.table import Progress
 from demo_blend import PAPER
 
 DEMO_SCENE = "wheels"
+#: What the demo shows: noise in places, as in most frames.
+SHOWN_SCENE = "interior"
 #: Timed by default: the demo, and a scene where a sample costs about three times as much.
 TIMED, TIMED_SIZE = (DEMO_SCENE, "hazy_room"), (1920, 1080)
+#: What Sub-Frames are for, and samples a pixel of their references, two of 256 moments each.
+BLURRED, SUB_FRAMES_REFERENCE = tuple(f"demo_blend/{name}.blend" for name in ("swinging_lamp", "blinking_signs")), 256
 #: The demo and two scenes of other kinds.
 FEW = (DEMO_SCENE, "metal", "still_life")
 
@@ -63,6 +80,14 @@ def _shares(options: argparse.Namespace) -> str:
     return shares.report([scene_file(name) for name in options.scenes], options.size, range(options.seeds))
 
 
+def _sub_frames(options: argparse.Namespace) -> str:
+    from bench import sub_frames  # renders in this process
+
+    scenes = [scene_file(name) for name in options.scenes]
+    size, reference = tuple(options.size), options.reference_samples or SUB_FRAMES_REFERENCE
+    return sub_frames.report(scenes, size, options.samples, options.moments, options.seeds, reference)
+
+
 def _frames(options: argparse.Namespace) -> str:
     size = (256, 256) if options.quick else (512, 512)
     settings = Settings(samples=options.samples, size=size, still=True, gaussian=options.deviation)
@@ -76,16 +101,32 @@ def _filters(options: argparse.Namespace) -> str:
 
 
 def _demo(options: argparse.Namespace) -> str:
-    settings = Settings(samples=options.samples, size=tuple(options.size))
-    return demo.make(scene_file(options.scene), settings, options.seed, options.reference_samples, options.out)
+    scene = scene_file(options.scene)
+    return demo.make(scene, options.width, options.threshold, options.reference_samples, options.out, options.docs)
 
 
 def _paper(options: argparse.Namespace) -> str:
     effort = _effort(options)
     parts = paper.parts(effort, options.out, Progress(paper.steps(effort)))
-    if options.readme:
-        paper.write_readme(parts)
+    if options.docs:
+        paper.write_docs(parts)
     return "\n\n".join(map(str, parts))
+
+
+def _real(options: argparse.Namespace) -> str:
+    effort = real_measuring.Effort(
+        options.width or (240 if options.quick else 640),
+        options.samples,
+        options.thresholds,
+        options.seeds,
+        options.repeats,
+        options.reference_samples,
+        20 if options.quick else options.reference_seconds,
+        options.native_only,
+        options.old_times,
+        tuple(options.options),
+    )
+    return real.report(options.folder, options.files, effort, options.json, options.page)
 
 
 def _report(options: argparse.Namespace) -> str:
@@ -96,7 +137,7 @@ def _report(options: argparse.Namespace) -> str:
         effort = scene_results.Effort(
             options.scenes, *pictures, options.reference_samples or SAMPLES, 512, (1920, 1080), options.pairs
         )
-    return f"{report.make(effort, _effort(options), options.out, options.readme)}"
+    return f"{report.make(effort, _effort(options), options.out, options.docs)}"
 
 
 def _effort(options: argparse.Namespace) -> paper.Effort:
@@ -122,6 +163,22 @@ def _counts(text: str) -> tuple[int, ...]:
     if min(counts) < 1:
         raise argparse.ArgumentTypeError("counts start at 1")
     return counts
+
+
+def _thresholds(text: str) -> tuple[float, ...]:
+    """Parse comma-separated noise thresholds."""
+    thresholds = tuple(float(part) for part in text.split(","))
+    if not all(0.0 < each <= 1.0 for each in thresholds):
+        raise argparse.ArgumentTypeError("thresholds are above 0 and at most 1")
+    return thresholds
+
+
+def _option(text: str) -> tuple[str, str]:
+    """Parse NAME=VALUE."""
+    name, equals, value = text.partition("=")
+    if not (name.isidentifier() and equals):
+        raise argparse.ArgumentTypeError(f"not NAME=VALUE: {text}")
+    return name, value
 
 
 def _bounces(text: str) -> int | None:
@@ -184,19 +241,27 @@ def _parser() -> argparse.ArgumentParser:
     times.add_argument("--size", type=int, nargs=2, default=TIMED_SIZE, metavar=("W", "H"), help="in pixels")
     times.set_defaults(run=_times)
 
+    blurred = commands.add_parser("sub_frames", parents=[quick], help="Sub-Frames against renders averaged by hand")
+    blurred.add_argument("--scenes", nargs="+", default=BLURRED, metavar="SCENE", help="names or .blend files")
+    blurred.add_argument("--size", type=int, nargs=2, default=(640, 360), metavar=("W", "H"), help="in pixels")
+    blurred.add_argument("--samples", type=int, default=16, help="samples a pixel, and renders by hand")
+    blurred.add_argument("--moments", type=_counts, default=(8, 16, 32, 64), help="moments, as in 8,16,32,64")
+    blurred.add_argument("--seeds", type=int, default=3, help="pictures of each")
+    blurred.set_defaults(run=_sub_frames)
+
     animation = commands.add_parser("frames", parents=[quick], help="error of the mean of frames of still scenes")
     animation.add_argument("--scenes", nargs="+", default=QUALITY, metavar="SCENE", help="names or .blend files")
     animation.add_argument("--samples", type=int, default=1, help="samples a pixel of each frame")
     animation.add_argument("--deviation", type=float, default=0.0, help="of a Gaussian in pixels, 0 for Cycles' box")
     animation.set_defaults(run=_frames)
 
-    pictures = commands.add_parser("demo", help="render one scene both ways, as pictures")
+    pictures = commands.add_parser("demo", help="one scene by Cycles and by ours in the same time, as pictures")
     pictures.add_argument("--out", type=Path, required=True, metavar="DIR", help="folder of the pictures")
-    pictures.add_argument("--scene", default=DEMO_SCENE, help="name or .blend file")
-    pictures.add_argument("--samples", type=int, default=1, help="samples a pixel of both")
-    pictures.add_argument("--size", type=int, nargs=2, default=(960, 540), metavar=("W", "H"), help="in pixels")
-    pictures.add_argument("--seed", type=int, default=0, help="seed of both")
-    pictures.add_argument("--reference-samples", type=int, default=16, help="samples a pixel of each reference half")
+    pictures.add_argument("--scene", default=SHOWN_SCENE, help="name or .blend file")
+    pictures.add_argument("--width", type=int, default=640, metavar="N", help="of the pictures in pixels, 640")
+    pictures.add_argument("--threshold", type=float, default=0.1, help="Cycles' noise threshold, .1")
+    pictures.add_argument("--reference-samples", type=int, default=64, help="samples a pixel of each reference half")
+    pictures.add_argument("--docs", action="store_true", help="renew README's picture, too")
     pictures.set_defaults(run=_demo)
 
     paper_figures = commands.add_parser("paper", parents=[quick], help="the paper's experiments, rendered by Cycles")
@@ -211,8 +276,40 @@ def _parser() -> argparse.ArgumentParser:
     paper_figures.add_argument(
         "--spectrum", type=_counts, default=(100,), metavar="N", help="samples of the spectra's references, as 100,4096"
     )
-    paper_figures.add_argument("--readme", action="store_true", help="renew README's spectra and table too")
+    paper_figures.add_argument("--docs", action="store_true", help="renew the spectra and table of the docs too")
     paper_figures.set_defaults(run=_paper)
+
+    files = commands.add_parser("real", help="real .blend files: time to equal error, raw and denoised")
+    files.add_argument("folder", type=Path, metavar="FOLDER", help="with .blend files, also in folders inside")
+    files.add_argument("--files", nargs="+", default=(), metavar="NAME", help="of those in the folder, all if not told")
+    files.add_argument("--quick", action="store_true", help="small pictures and rough references")
+    files.add_argument("--width", type=int, metavar="N", help="of the pictures in pixels, 640 (240 with --quick)")
+    files.add_argument("--samples", type=_counts, default=(1, 4, 16, 64), help="samples a pixel, as in 1,4,16,64")
+    files.add_argument("--thresholds", type=_thresholds, default=(0.1, 0.03), help="noise thresholds, as in .1,.03")
+    files.add_argument("--seeds", type=int, default=1, help="pictures at each setting")
+    files.add_argument("--repeats", type=int, default=1, help="how often each picture is rendered, for its time")
+    files.add_argument("--native-only", action="store_true", help="leave ours out")
+    files.add_argument("--old-times", action="store_true", help="Cycles' renders from any earlier run, not beside ours")
+    files.add_argument("--json", type=Path, metavar="FILE", help="write all figures")
+    files.add_argument("--page", type=Path, metavar="DIR", help="write a page with crops at equal time")
+    files.add_argument(
+        "--reference-samples",
+        type=int,
+        default=real_measuring.Effort.reference_samples,
+        metavar="N",
+        help="largest samples a pixel of each half of a reference",
+    )
+    files.add_argument(
+        "--reference-seconds",
+        type=int,
+        default=real_measuring.Effort.reference_seconds,
+        metavar="S",
+        help=f"processor time of each half of a reference, but at least {real_measuring.FEWEST} samples a pixel",
+    )
+    files.add_argument(
+        "--set", dest="options", nargs="+", type=_option, default=(), metavar="NAME=VALUE", help="settings of ours"
+    )
+    files.set_defaults(run=_real)
 
     page = commands.add_parser("report", parents=[quick], help="one page: figures, curves and pictures against Cycles")
     page.add_argument("--out", type=Path, default=Path("out/report"), metavar="DIR", help="folder of page and pictures")
@@ -231,7 +328,7 @@ def _parser() -> argparse.ArgumentParser:
     page.add_argument("--samples", type=_counts, default=(1, 2, 4, 8, 16), help="samples a pixel, as in 1,2,4,8,16")
     page.add_argument("--seeds", type=int, default=4, help="images of each and sample count")
     page.add_argument("--pairs", type=int, default=3, help="pairs of timed processes")
-    page.add_argument("--readme", action="store_true", help="renew README's pictures and table too")
+    page.add_argument("--docs", action="store_true", help="renew the pictures and table of the docs too")
     page.set_defaults(run=_report, spectrum=(100,))
 
     cycles = commands.add_parser("cycles-tile", help="Cycles' own blue noise as a tile for `generator compare`")
@@ -241,6 +338,8 @@ def _parser() -> argparse.ArgumentParser:
     cycles.add_argument("--seed", type=int, default=0, help="Cycles' seed")
     cycles.add_argument("--out", required=True, help="tile to write, .npz or .exr")
     cycles.set_defaults(run=_cycles_tile)
+
+    project.add_commands(commands)
     return parser
 
 

@@ -64,7 +64,7 @@ class Table:
         )
 
     def markdown(self) -> str:
-        """Return the table as README shows it."""
+        """Return the table as Markdown."""
         lines = [self.header, ["---"] * len(self.header), *self.rows]
         return "\n".join("| " + " | ".join(cells) + " |" for cells in lines)
 

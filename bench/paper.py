@@ -10,11 +10,11 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from bench.crops import write_crop
+from bench.doc_parts import write_picture, write_table
 from bench.document import DPI, Heading, Part, Pictures, Plot, Table
 from bench.equal_quality import MOST, SIGMAS, RandomImages, random_images, worth
 from bench.jobs import Settings, engine_state, images, picture, render
 from bench.metrics import LUMINANCE, Reference, mean_square_error, ratio
-from bench.readme import write_picture, write_table
 from bench.reference import SEEDS as REFERENCE_SEEDS
 from bench.reference import reference, reference_settings
 from bench.samplers import CYCLES, OURS, RANDOM, SHIPPED_TILE, Sampler, joint, joint_and_marginal, scanning, white
@@ -269,8 +269,8 @@ def _joint_and_marginal(experiment: Experiment, effort: Effort, progress: Progre
     return Table(caption, header, rows)
 
 
-def write_readme(parts: Sequence[Part]) -> None:
-    """Renew README's picture of spectra and table of equal quality by the first of each among the parts."""
+def write_docs(parts: Sequence[Part]) -> None:
+    """Renew the docs' picture of spectra and table of equal quality by the first of each among the parts."""
     plots = [part for part in parts if isinstance(part, Plot)]
     tables = [part for part in parts if isinstance(part, Table)]
     if plots:

@@ -15,10 +15,10 @@ from matplotlib.figure import Figure
 
 from bench import doubts, paper
 from bench.crops import crop
+from bench.doc_parts import write_picture, write_table
 from bench.document import DPI, Heading, Pictures, Plot, Table, page
 from bench.jobs import AUTOMATIC, TABULATED, TILES, Settings, blender_version, engine_state, picture
 from bench.metrics import Ratio
-from bench.readme import write_picture, write_table
 from bench.scene_files import ROOT, scene_file
 from bench.scene_results import COLUMN, COMPARED, LABELS, SCENES, SIGMA, Effort, Results, results
 from bench.table import Progress
@@ -27,7 +27,7 @@ from bench.timing import times
 QUICK_SCENES = ("motion_blur", "moving_penumbra", "interior")
 
 
-def make(effort: Effort, experiments: paper.Effort, folder: Path, readme: bool) -> Path:
+def make(effort: Effort, experiments: paper.Effort, folder: Path, docs: bool) -> Path:
     """Write the page and its pictures to a folder and return the page's path.
 
     Parameters
@@ -38,8 +38,8 @@ def make(effort: Effort, experiments: paper.Effort, folder: Path, readme: bool) 
         Of the paper's experiments.
     folder : Path
         Where to; made if missing.
-    readme : bool
-        Also renew README's pictures and table.
+    docs : bool
+        Also renew the pictures and the table of docs/.
     """
     pictures = folder / "pictures"
     pictures.mkdir(parents=True, exist_ok=True)
@@ -97,7 +97,7 @@ def make(effort: Effort, experiments: paper.Effort, folder: Path, readme: bool) 
         ),
         *_variants(found),
         *paper.parts(experiments, pictures, progress),
-        Heading("Tiles", "The step test; lower is better. From docs/tiles.md, which README says how to make."),
+        Heading("Tiles", "The step test; lower is better. From docs/tiles.md, made as generator/README.md says."),
         tiles_table(),
         Heading(
             "Scene by scene",
@@ -109,8 +109,8 @@ def make(effort: Effort, experiments: paper.Effort, folder: Path, readme: bool) 
     ]
     path = folder / "report.html"
     path.write_text(page("Spectral Tiles against Cycles", _lead(found, effort, worse), parts), encoding="utf-8")
-    if readme:
-        _write_readme(summary, effort)
+    if docs:
+        _write_docs(summary, effort)
     return path
 
 
@@ -261,21 +261,21 @@ def tiles_table() -> Table:
     return Table(caption.partition(";")[0] + "; white noise is 1", cells[0], cells[2:])
 
 
-# --- README ----------------------------------------------------------------------------------------------------------
+# --- docs ----------------------------------------------------------------------------------------------------------
 
-#: Scenes of the pictures that README shows, and how they are cut and enlarged.
+#: Scenes of the pictures that the docs show, and how they are cut and enlarged.
 SHOWN = ("motion_blur",)
-README_LINES, README_CROP, ENLARGED, MARGIN = 512, 160, 3, 12
+DOCS_LINES, DOCS_CROP, ENLARGED, MARGIN = 512, 160, 3, 12
 
 
-def _write_readme(summary: Table, effort: Effort) -> None:
-    """Renew README's pictures and the table between its two marks."""
+def _write_docs(summary: Table, effort: Effort) -> None:
+    """Renew the docs' pictures and the table between its two marks."""
     for name in SHOWN:
-        one = Settings(size=(README_LINES, README_LINES))
+        one = Settings(size=(DOCS_LINES, DOCS_LINES))
         shown = []
         for engine in (AUTOMATIC, TILES):
             whole = plt.imread(picture(scene_file(name), replace(one, engine=engine), effort.seeds[0]))[..., :3]
-            shown.append(crop(whole, SCENES[name], README_CROP).repeat(ENLARGED, 0).repeat(ENLARGED, 1))
+            shown.append(crop(whole, SCENES[name], DOCS_CROP).repeat(ENLARGED, 0).repeat(ENLARGED, 1))
         gap = np.ones((len(shown[0]), MARGIN, 3), np.float32)
         write_picture(name, np.concatenate((shown[0], gap, shown[1]), axis=1))
     write_table("report", summary)

@@ -4,6 +4,7 @@
 import argparse
 from importlib import import_module
 
+import addon
 from demo_blend import DEMOS
 from demo_blend.files import write_blend
 
@@ -14,6 +15,7 @@ def main() -> None:
     names = parser.parse_args().names or DEMOS
     if unknown := set(names) - set(DEMOS):
         parser.error(f"no such scene: {', '.join(sorted(unknown))}")
+    addon.register()
     for name in names:
         path = write_blend(import_module(f"demo_blend.{name}").build)
         print(f"{path.name}: {path.stat().st_size / 1024:.0f} KiB")

@@ -16,6 +16,7 @@ import os
 import platform
 import re
 import secrets
+import shutil
 import stat
 import sys
 import time
@@ -30,8 +31,8 @@ FOREIGN_AGE = 24 * 3600.0
 _PREFIX = ".spectral_tiles-"
 _NAME = re.compile(re.escape(_PREFIX) + r"([0-9a-f]{8})-([1-9][0-9]{0,9})-[0-9a-f]{8}(\.[^.]{1,15})?")
 
-_being_written = set()
-"""Temporaries of this process."""
+_being_written = {}
+"""Temporaries of this process, paths by their names."""
 
 
 class NotWritten(OSError):
@@ -132,7 +133,7 @@ def written_whole(path, check=None):
     given, path = os.fspath(path), check_writable(path)
     clear_left_behind(path.parent)
     temporary = path.with_name(_temporary_name(path.suffix))
-    _being_written.add(temporary.name)
+    _being_written[temporary.name] = temporary
     try:
         os.close(os.open(temporary, os.O_CREAT | os.O_EXCL | os.O_WRONLY, 0o666))
         yield temporary
@@ -148,7 +149,56 @@ def written_whole(path, check=None):
     finally:
         with contextlib.suppress(OSError):
             temporary.unlink(missing_ok=True)
-        _being_written.discard(temporary.name)
+        _being_written.pop(temporary.name, None)
+
+
+@contextlib.contextmanager
+def unfinished_folder(folder):
+    """Give a temporary folder inside `folder`, for writers that choose names by themselves; it is gone afterwards.
+
+    What is whole in there can be moved to its place inside a block of `written_whole`.
+
+    Parameters
+    ----------
+    folder : str or Path
+
+    Yields
+    ------
+    Path
+
+    Raises
+    ------
+    NotWritten
+        If it cannot be made.
+    """
+    clear_left_behind(folder)
+    temporary = Path(folder).absolute() / _temporary_name("")
+    _being_written[temporary.name] = temporary
+    try:
+        temporary.mkdir()
+        yield temporary
+    except OSError as error:
+        if error.filename is None or os.fspath(error.filename) != os.fspath(temporary):
+            raise
+        raise NotWritten(about(folder, f"cannot be written to ({error.strerror})")) from error
+    finally:
+        shutil.rmtree(temporary, ignore_errors=True)
+        _being_written.pop(temporary.name, None)
+
+
+def abandon():
+    """Remove all temporaries of this process, which is about to end without leaving its blocks."""
+    for temporary in list(_being_written.values()):
+        _remove(temporary)
+
+
+def _remove(temporary):
+    """Remove a temporary, file or folder, without an error."""
+    if temporary.is_dir() and not temporary.is_symlink():
+        shutil.rmtree(temporary, ignore_errors=True)
+    else:
+        with contextlib.suppress(OSError):
+            temporary.unlink(missing_ok=True)
 
 
 def _reason(error, temporary):
@@ -205,7 +255,7 @@ def _machine():
 
 
 def clear_left_behind(folder):
-    """Remove the temporaries of `written_whole` in a folder whose writers are gone.
+    """Remove the temporaries of this module in a folder whose writers are gone.
 
     Parameters
     ----------
@@ -215,15 +265,15 @@ def clear_left_behind(folder):
     Returns
     -------
     list of str
-        Names of the removed files.
+        Names of what was removed.
     """
     removed = []
     with contextlib.suppress(OSError), os.scandir(folder) as entries:
         for entry in entries:
             match = _NAME.fullmatch(entry.name)
             with contextlib.suppress(OSError):
-                if match and entry.is_file(follow_symlinks=False) and _is_left_behind(entry, *match.groups()[:2]):
-                    os.unlink(entry.path)
+                if match and not entry.is_symlink() and _is_left_behind(entry, *match.groups()[:2]):
+                    _remove(Path(entry.path))
                     removed.append(entry.name)
     return removed
 

@@ -25,10 +25,10 @@ STAND_IN = """#!{python}
 import os, sys
 sys.path.insert(0, {root!r})
 import addon
-from addon import command, still
+from addon.interface import command_line
 addon.register()
 if "DIE" in os.environ:  # when the picture is rendered, but not yet in its place
-    still.os.replace = lambda *paths: os._exit(9)
+    os.replace = lambda *paths: os._exit(9)
 assert sys.argv[1:3] == ["--command", "spectral_tiles"]
 sys.exit(command_line.run(sys.argv[3:]))
 """
@@ -82,7 +82,7 @@ def openjd(scene_file, tmp_path):
 
 
 def test_frames(openjd, tmp_path):
-    done = openjd("frames.openjd.yaml", Output=tmp_path / "out/frame_###.png", Frames="2", Samples=1)
+    done = openjd("frames.openjd.yaml", Output=tmp_path / "out/frame_###.png", Frames="2")
     assert done.returncode == 0, done.stdout + done.stderr
     assert [path.name for path in (tmp_path / "out").iterdir()] == ["frame_002.png"]
     assert "openjd_progress: 100" in done.stdout

@@ -11,26 +11,12 @@ import os
 import shutil
 import signal
 import sys
-import tempfile
 import threading
 
 import bpy
 
 # Sent by Ctrl-C, and by farms that cancel a task.
 _SIGNALS = (signal.SIGINT, signal.SIGTERM)
-
-_unfinished = set()
-
-
-@contextlib.contextmanager
-def unfinished(folder):
-    """A folder inside `folder` for files that are not complete yet, gone with them afterwards, and at Ctrl-C."""
-    with tempfile.TemporaryDirectory(prefix=".spectral_tiles_", dir=folder) as inside:
-        _unfinished.add(inside)
-        try:
-            yield inside
-        finally:
-            _unfinished.remove(inside)
 
 
 @contextlib.contextmanager
@@ -40,7 +26,7 @@ def ends_with(finish):
     Parameters
     ----------
     finish : callable
-        Called in the end, in another thread; returns the exit code.
+        Called in the end, in another thread, also to remove what is unfinished; returns the exit code.
     """
     told, tell = os.pipe()
     os.set_blocking(tell, False)
@@ -71,8 +57,7 @@ def _end(finish):
     code = 1
     try:
         code = finish()
-        for folder in (*_unfinished, bpy.app.tempdir):
-            shutil.rmtree(folder, ignore_errors=True)
+        shutil.rmtree(bpy.app.tempdir, ignore_errors=True)
         sys.stdout.flush()
         sys.stderr.flush()
     finally:

@@ -17,6 +17,8 @@ __all__ = [
     "scene_analysis",
     "scene_use",
     "session",
+    "shader_nodes",
     "shading",
     "shared_sequence",
+    "standstill",
 ]

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The camera of one cell: its raster shows one pixel of each period, through one point of the lens.
+"""The camera of one cell: its raster shows one pixel of each period, if wanted through one point of the lens only.
 
 It is the scene's own camera, written to on its evaluated copy, so it needs no Open Shading Language but for panoramas
 whose film has no number for its size.  The film is that of `blender_camera_viewplane()`, the lens that of
@@ -60,7 +60,7 @@ def cameras(engine, scene):
     return found
 
 
-def aim(written, made, render, region, side, first, lens_numbers):
+def aim(written, made, render, region, side, first, lens_numbers=None):
     """Make an evaluated camera object that of a cell.
 
     Parameters
@@ -73,8 +73,8 @@ def aim(written, made, render, region, side, first, lens_numbers):
         Pixels of the film from one pixel of the raster to the next.
     first : float array, shape (2,)
         What the middle of the region's first pixel shows: a position on the film, in pixels of the frame.
-    lens_numbers : float array, shape (2,)
-        The lens point, as numbers in [0, 1).
+    lens_numbers : float array, shape (2,), optional
+        The lens point, as numbers in [0, 1); Cycles' own lens by default.
     """
     data, frame = made.data, np.array(region.frame)
     # Shift counts in widths (or heights) of the sensor, but of the frame in a panorama.
@@ -86,11 +86,11 @@ def aim(written, made, render, region, side, first, lens_numbers):
     # Raster position p shows the film position first + side * (p - raster).
     raster = np.add(region.corner, 0.5)
     shift = (data.shift_x, data.shift_y) + span * ((first + side * (0.5 * frame - raster)) / frame - 0.5)
-    if _stops_down(made, render):
+    if lens_numbers is not None and _stops_down(made, render):
         shift = shift - _stop_down(written, made, lens_numbers)
     if _can_be_enlarged(data, frame, render):
         _enlarge(written, data, side)
-    else:
+    elif side > 1:
         osl_camera.enlarge(written, data, render, region, side)
     written.set(data, shift_x=shift[0] / side, shift_y=shift[1] / side)
 

@@ -41,6 +41,8 @@ _DIVIDED = {
     for part in ("Direct", "Indirect")
 }
 
+_RADIANCE = {"Combined", "Noisy Image", "Volume Direct", "Volume Indirect", "Ambient Occlusion"}
+
 #: The noisy passes that Cycles denoises, and the names under which it then renders them.
 NOISY = {"Combined": "Noisy Image", "Shadow Catcher": "Noisy Shadow Catcher"}
 
@@ -48,6 +50,11 @@ NOISY = {"Combined": "Noisy Image", "Shadow Catcher": "Noisy Shadow Catcher"}
 def divisor(name):
     """Name of the pass of the colour that Cycles divides this pass of light by; None if it does not."""
     return _DIVIDED.get(name)
+
+
+def is_radiance(name):
+    """Whether a pass of colour or divided light, as Cycles names it, holds radiance that comes from samples' luck."""
+    return name in _DIVIDED or name in _RADIANCE or name.startswith("Combined_")
 
 
 def kind(name, aov=None):

@@ -1,22 +1,58 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """What a frame uses: which of Cycles' random numbers have something to decide in it."""
 
+from typing import NamedTuple
+
+import bpy
+
+from . import shader_nodes
 from .scene_use import SceneUse
+
+# Instances that are looked through for lamps, some milliseconds' worth.
+_MOST_INSTANCES = 5000
+
+# Data that say something.
+_KINDS = (bpy.types.Light, bpy.types.Material, bpy.types.World, bpy.types.Volume)
+
+
+class Emitters(NamedTuple):
+    """What objects, materials and the world do.
+
+    Attributes
+    ----------
+    lights : int
+        Number of emitters that Cycles chooses between; 0 for a single lamp without size, for nothing about it is left
+        to chance.
+    glow : bool
+        Whether any of them is not a lamp.
+    other_chance : bool
+        As of `SceneUse`.
+    """
+
+    lights: int
+    glow: bool
+    other_chance: bool
 
 
 def emitters(depsgraph):
-    """Number of emitters that Cycles chooses between, and whether any is not a lamp.
-
-    A single lamp without size counts as none, for nothing about it is left to chance.
-
-    Returns
-    -------
-    (int, bool)
-    """
-    lamps = [obj.data for obj in depsgraph.objects if obj.type == "LIGHT"]
-    glowing = [data for data in depsgraph.ids if data.bl_rna.identifier in {"Material", "World"} and _emits(data)]
+    """Look through a scene that was evaluated, without touching its geometry; returns `Emitters`."""
+    datas = {kind: [] for kind in _KINDS}
+    kinds = {}
+    for data in depsgraph.ids:
+        # There are many data, but few types, and asking Blender's types what they are takes a while.
+        if type(data) not in kinds:
+            kinds[type(data)] = next((kind for kind in _KINDS if isinstance(data, kind)), None)
+        if kind := kinds[type(data)]:
+            datas[kind].append(data)
+    lamps = _lamps(depsgraph, datas[bpy.types.Light])
+    glowing, other_chance, groups = 0, bool(datas[bpy.types.Volume]), {}
+    for data in datas[bpy.types.Material] + datas[bpy.types.World]:
+        found = shader_nodes.shading(data.node_tree, groups)
+        other_chance = other_chance or found.other_chance
+        plain = data.node_tree is None and isinstance(data, bpy.types.World) and any(data.color)
+        glowing += (found.emits or plain) and _is_sampled(data)
     only_a_point = len(lamps) == 1 and not glowing and _is_point(lamps[0])
-    return 0 if only_a_point else len(lamps) + len(glowing), bool(glowing)
+    return Emitters(0 if only_a_point else len(lamps) + glowing, glowing > 0, other_chance)
 
 
 def scene_use(depsgraph, found=None):
@@ -26,7 +62,7 @@ def scene_use(depsgraph, found=None):
     ----------
     depsgraph : bpy.types.Depsgraph
         Evaluated for the frame.
-    found : (int, bool), optional
+    found : Emitters, optional
         What `emitters` found; it is asked by default.
 
     Returns
@@ -36,17 +72,33 @@ def scene_use(depsgraph, found=None):
     scene, layer = depsgraph.scene, depsgraph.view_layer
     camera = scene.camera
     cycles = scene.cycles
-    lights, glow = emitters(depsgraph) if found is None else found
+    found = found or emitters(depsgraph)
     lens = camera is not None and camera.type == "CAMERA" and camera.data.dof.use_dof
     return SceneUse(
         motion_blur=scene.render.use_motion_blur and layer.use_motion_blur,
         lens=lens,
-        lights=lights,
+        lights=found.lights,
         bounces=cycles.max_bounces > 0
         and any((cycles.diffuse_bounces, cycles.glossy_bounces, cycles.transmission_bounces, cycles.volume_bounces)),
-        glow=glow,
+        glow=found.glow,
         blades=camera.data.dof.aperture_blades if lens and camera.data.dof.aperture_blades >= 3 else 0,
+        other_chance=found.other_chance or cycles.use_fast_gi,
     )
+
+
+def _lamps(depsgraph, datas):
+    """Data of the lamps that shine, once for each of their instances, given all data of lamps there are."""
+    found = []
+    for number, instance in enumerate(depsgraph.object_instances if datas else ()):
+        if number == _MOST_INSTANCES:
+            # Those that are not shown by themselves may be anywhere among the others, and more than once.
+            found = [obj.data for obj in depsgraph.objects if obj.type == "LIGHT"]
+            found += 2 * list(set(datas) - set(found))
+            break
+        obj = instance.object
+        if obj.type == "LIGHT":
+            found.append(obj.data)
+    return [data for data in found if not data.cycles.is_portal]
 
 
 def _is_point(lamp):
@@ -54,29 +106,8 @@ def _is_point(lamp):
     return lamp.type != "AREA" and (lamp.angle if lamp.type == "SUN" else lamp.shadow_soft_size) == 0.0
 
 
-def _emits(data):
-    """Whether Cycles may choose a material or world as a light, judged by its nodes' strengths."""
-    sampling = data.cycles.sampling_method if data.bl_rna.identifier == "World" else data.cycles.emission_sampling
-    if sampling == "NONE":
-        return False
-    tree = data.node_tree
-    if tree is None:
-        return data.bl_rna.identifier == "World" and any(data.color)
-    return any(_node_emits(node) for node in tree.nodes)
-
-
-def _node_emits(node):
-    if node.mute:
-        return False
-    if node.bl_idname == "ShaderNodeGroup":
-        return node.node_tree is not None and any(_node_emits(inner) for inner in node.node_tree.nodes)
-    if node.bl_idname in {"ShaderNodeEmission", "ShaderNodeBackground"}:
-        return _may_exceed_zero(node.inputs["Strength"]) and _may_exceed_zero(node.inputs["Color"])
-    if node.bl_idname == "ShaderNodeBsdfPrincipled":
-        return _may_exceed_zero(node.inputs["Emission Strength"]) and _may_exceed_zero(node.inputs["Emission Color"])
-    return False
-
-
-def _may_exceed_zero(socket):
-    value = socket.default_value
-    return socket.is_linked or (any(value[:3]) if socket.type == "RGBA" else value > 0.0)
+def _is_sampled(data):
+    """Whether Cycles chooses a material or world as a light if it emits."""
+    if isinstance(data, bpy.types.World):
+        return data.cycles.sampling_method != "NONE"
+    return data.cycles.emission_sampling != "NONE"

@@ -13,7 +13,7 @@ import _cycles
 import bpy
 from cycles import engine as cycles
 
-from ..blender import main_thread
+from ..blender import main_thread, timeline
 from ..blender.evaluated import Overwritten, render_settings
 from ..blender.region import Rectangle, Region
 from . import passes
@@ -55,6 +55,8 @@ class Session:
     ----------
     region : Region
         The pixels of the picture.
+    time : float
+        Of the frame.
     """
 
     def __init__(self, engine, depsgraph):
@@ -64,6 +66,7 @@ class Session:
         self.layer_name = self.layer.name
         self.original_scene, self.original_layer = depsgraph.scene, depsgraph.view_layer
         self.region = Region.of_render(self.scene.render)
+        self.time = timeline.frame_of(self.original_scene)
         self._written = Overwritten()
 
     def __enter__(self):
@@ -91,6 +94,30 @@ class Session:
     def reset(self):
         """Have Cycles read the scene again before the next call; needed where anything but sampling has changed."""
         cycles.reset(self.engine, bpy.data, self.depsgraph)
+
+    def go_to(self, time, write):
+        """Set the scene to a time, in frames, and have Cycles read it before the next call.
+
+        Parameters
+        ----------
+        time : float or None
+            None leaves it where it is.
+        write : callable
+            `write(written)` writes evaluated data, of which nothing is left that was written before.
+        """
+        main_thread.run(lambda: self._move(time, write), self.engine)
+        self.reset()
+
+    def leave(self):
+        """Set the scene to the time that it was found at, after `go_to`."""
+        main_thread.run(lambda: self._move(self.time, lambda written: None), self.engine)
+
+    def _move(self, time, write):
+        # What is written must not be what an evaluation starts from.
+        self._written.put_back()
+        if time is not None:
+            timeline.go_to(self.engine, self.original_scene, time, self.time)
+        write(self._written)
 
     def call(self, names=None, then_rectangles=False):
         """Render the whole region; return its passes, as of `passes.read`.

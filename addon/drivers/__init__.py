@@ -12,8 +12,10 @@ __all__ = [
     "frame",
     "gather",
     "in_place",
+    "pattern_cells",
     "render",
     "rounds",
+    "shots",
     "steps",
     "sub_frames",
 ]

@@ -46,7 +46,7 @@ def of_layer(scene, layer, sampling, use, scene_messages=lambda: ()):
     """
     settings = scene.spectral_tiles
     if settings.method == "SUB_FRAMES":
-        return _checked("SUB_FRAMES", sub_frames.CHECKS, scene, layer, _sub_frame_differences(sampling))
+        return _checked("SUB_FRAMES", sub_frames.CHECKS, scene, layer, _sub_frame_differences(sampling, use))
     if settings.method == "GATHER" or settings.pattern != "AUTO" or settings.filter != "AS_CYCLES":
         if settings.method == "IN_PLACE":
             return Choice("CYCLES", (_NOT_IN_PLACE,))
@@ -83,6 +83,8 @@ def _gather_differences(settings, sampling):
         yield "Samples are distributed evenly: the method Gather moves them"
 
 
-def _sub_frame_differences(sampling):
+def _sub_frame_differences(sampling, use):
+    if not use.motion_blur:
+        yield "Motion Blur is off: only the frame itself is rendered"
     if not sampling.is_even:
         yield f"Noise Threshold and Time Limit do not apply to sub-frames: every pixel takes {sampling.samples} samples"

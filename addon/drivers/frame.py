@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import bpy
 
 from ..blender.region import Region
-from ..cycles import denoiser
+from ..cycles import denoiser, passes
 from ..cycles.sampling import Sampling
 from ..cycles.scene_analysis import scene_use
 from ..cycles.scene_use import SceneUse
@@ -42,6 +42,8 @@ class Frame:
         What samples are spread by; None leaves that to Cycles.
     sub_frames : int
         Moments of the shutter, where these are rendered one by one.
+    aovs : dict of str to str
+        Types, COLOR or VALUE, of the view layer's AOVs by name.
     """
 
     number: int
@@ -54,6 +56,7 @@ class Frame:
     tile: object
     filter: Filter | None
     sub_frames: int
+    aovs: dict
 
     @classmethod
     def of_depsgraph(cls, depsgraph):
@@ -73,6 +76,7 @@ class Frame:
             tile=pattern_tile(scene, use.dims),
             filter=chosen_filter(settings),
             sub_frames=settings.sub_frames,
+            aovs=passes.aov_types(layer),
         )
 
 

@@ -39,11 +39,15 @@ def render(session, frame):
 def grown(session, goal, seed, elapsed):
     """The picture of all rounds, as `Growing`."""
     session.set_sampling(**sampling.exactly(goal.most, seed))
-    growing = Growing(session, elapsed)
-    if growing.shoot_all(goal.base // 2) and growing.shoot(rounds.tiles(growing.size, goal.base // 2, goal.base // 2)):
-        for shots in rounds.rounds(goal, growing, growing.costs, elapsed):
-            if not growing.shoot(shots):
-                break
+    growing = Growing(session, elapsed, goal.seconds)
+    if not growing.shoot_all(goal.first):
+        return growing
+    base = goal.base(growing.costs.sample)
+    if base > goal.first and not growing.shoot(rounds.tiles(growing.size, goal.first, base - goal.first)):
+        return growing
+    for shots in rounds.rounds(goal, base, growing, growing.costs, elapsed):
+        if not growing.shoot(shots):
+            break
     return growing
 
 
@@ -60,11 +64,13 @@ class Growing:
     ----------
     session : Session
     elapsed : callable
-        Seconds.
+        Seconds since the render began.
+    end : float or None
+        When the picture must be finished, in these seconds.
     """
 
-    def __init__(self, session, elapsed):
-        self.session, self._elapsed = session, elapsed
+    def __init__(self, session, elapsed, end):
+        self.session, self._elapsed, self._end = session, elapsed, end
         self.size = session.region.size
         self.costs = Costs(self.size)
         self.sums = None
@@ -81,19 +87,19 @@ class Growing:
         return self.sums.mean(HALF)[..., :3]
 
     def shoot_all(self, count):
-        """Render the first samples of all pixels, before all else; return whether the user let it."""
+        """Render the first samples of all pixels, before all else; return whether more may follow."""
         self.session.set_sampling(use_sample_subset=True, sample_offset=0, sample_subset_length=count)
+        begun = self._elapsed()
         found = self.session.call(then_rectangles=True)
+        taken = self._elapsed() - begun
         width, height = self.size
-        self.sums = Accumulation(
-            self.size, passes.kinds(self.session.original_layer, {name for name, _ in found})
-        )
-        everything = Rectangle(0, 0, width, height)
-        found = {key: pixels.reshape(height, width, -1) for key, pixels in found.items()}
-        self.sums.add(everything.part, found, 0, count)
+        self.sums = Accumulation(self.size, passes.kinds(self.session.original_layer, {name for name, _ in found}))
+        everything = Rectangle(0, 0, width, height).part
+        self.sums.add(everything, {key: pixels.reshape(height, width, -1) for key, pixels in found.items()}, 0, count)
         self.calls += 1
         self._measure_call()
-        return not self.session.engine.test_break()
+        self.costs.learn(everything, count, taken)
+        return self._may_go_on
 
     def _measure_call(self):
         """See what a call takes whose samples take nothing."""
@@ -103,7 +109,7 @@ class Growing:
             self.costs.call, begun = min(self.costs.call, now - begun), now
 
     def shoot(self, shots):
-        """Render shots; return whether the user let it."""
+        """Render shots; return whether more may follow."""
         asked = [Shot(Rectangle(*rectangle), first, count) for rectangle, first, count in shots]
         begun = self._elapsed()
         for shot, found in zip(asked, self.session.call_rectangles(asked), strict=True):
@@ -113,4 +119,11 @@ class Growing:
             now = self._elapsed()
             self.costs.learn(shot.rectangle.part, shot.count, now - begun)
             self.calls, begun = self.calls + 1, now
+            if not self._may_go_on:
+                return False
         return True
+
+    @property
+    def _may_go_on(self):
+        is_late = self._end is not None and self._elapsed() >= self._end
+        return not is_late and not self.session.engine.test_break()

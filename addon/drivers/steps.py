@@ -7,6 +7,7 @@ from ..cycles import denoiser, passes
 from ..farm import known_noise as noise
 from ..picture import control_variates
 from ..picture.picture import Picture
+from ..plan import arranged_plan
 
 
 def pictured(session, answer):
@@ -26,7 +27,7 @@ def known_noise(frame, plan, method, added):
     Parameters
     ----------
     frame : Frame
-    plan : Plan or CellPlan
+    plan : Plan
     method : str
         As `spectral_tiles.method` calls it.
     added : list of str
@@ -44,7 +45,7 @@ def known_noise(frame, plan, method, added):
         return None, ""
     if not sampled.is_whole:
         return None, noise.described(frame.use, frame.region, sampled, method, added)
-    return control_variates.of_picture(frame.use, *noise.drawn(plan, frame.region, sampled.samples)), ""
+    return control_variates.of_picture(frame.use, arranged_plan.drawn(plan, frame.region, sampled.samples)), ""
 
 
 def without_noise(session, picture, clean, first, count):
@@ -56,7 +57,7 @@ def without_noise(session, picture, clean, first, count):
     if clean is None or session.engine.test_break():
         return picture
     seen = picture.of_view(picture.first_view)
-    return picture.with_passes(seen.with_light(clean(seen.light, first, count)).passes)
+    return picture.with_passes(clean(seen, first, count).passes)
 
 
 def finish(session, frame, picture):

@@ -7,46 +7,101 @@ and say in their headers what their numbers followed; whoever merges them makes 
 
 import json
 import zlib
-from dataclasses import asdict
-
-import numpy as np
+from dataclasses import asdict, dataclass, fields, replace
 
 from ..blender.region import Region
-from ..cycles import passes as cycles_passes
 from ..cycles.scene_use import SceneUse
 from ..picture import control_variates
-from ..picture.picture import Picture
 from ..plan import arranged_plan
-from ..plan.cell_plan import CellPlan
 from ..plan.sample_plan import Plan
+
+# Samples a pixel that any known noise has been taken out at, by far; more of them would only take time.
+_MOST_SAMPLES = 4096
 
 
 def digest(plan):
-    """What tells plans apart, `Plan` or `CellPlan`, as eight hexadecimal digits."""
+    """What tells plans apart, as eight hexadecimal digits."""
     return f"{zlib.crc32(plan.film):08x}"
 
 
-def drawn(plan, region, samples):
-    """What Cycles draws at the film pixels of a plan, and the period of that, as `control_variates.of_picture` asks.
+@dataclass(frozen=True)
+class Description:
+    """What must be known of a view layer's render for its known noise to be taken out later.
 
-    Parameters
+    Attributes
     ----------
-    plan : Plan or CellPlan
+    use : SceneUse
     region : Region
-    samples : int
-        Of a pixel's whole sequence.
-
-    Returns
-    -------
-    (callable, int)
+    seed : int
+        As the user set it.
+    frame : int or None
+        As of `Sampling`.
+    frame_seed : int
+        That Cycles rendered with.
+    method : str
+        GATHER or IN_PLACE.
+    added : list of str
+        Passes that the frame has for being merged or denoised only.
     """
-    if isinstance(plan, CellPlan):
-        return plan.drawn(region), plan.side
-    return arranged_plan.drawn(plan, region, samples), 0
+
+    use: SceneUse
+    region: Region
+    seed: int
+    frame: int | None
+    frame_seed: int
+    method: str
+    added: list
+
+    @classmethod
+    def read(cls, text, size, known):
+        """Read a description out of a file.
+
+        Parameters
+        ----------
+        text : str
+            Of `described`, or anything.
+        size : (int, int)
+            Width and height of the picture.
+        known : dict of str to str
+            Its other facts.
+
+        Returns
+        -------
+        Description or None
+            None if it is damaged, or not that of the picture: then it could take any time and memory.
+        """
+        try:
+            used, region, seed, frame, frame_seed, method, added = json.loads(text)
+            region = Region(*map(tuple, region))
+            use = SceneUse(**used)
+            made = cls(use, region, seed, frame, frame_seed, method, added)
+        except (ValueError, TypeError, RecursionError):
+            return None
+        return made if made._is_of(size, known) else None
+
+    def _is_of(self, size, known):
+        region = self.region
+        pairs = all(len(pair) == 2 and all(map(_is_whole, pair)) for pair in region)
+        types = all(type(getattr(self.use, one.name)) is one.type for one in fields(self.use))
+        names = isinstance(self.added, list) and all(isinstance(name, str) for name in self.added)
+        numbers = _is_whole(self.seed) and _is_whole(self.frame_seed) and (self.frame is None or _is_whole(self.frame))
+        if not (pairs and types and names and numbers and self.method in ("GATHER", "IN_PLACE")):
+            return False
+        inside = all(
+            0 <= corner < corner + length <= whole
+            for whole, corner, length in zip(region.frame, region.corner, region.size, strict=True)
+        )
+        few = 0 <= self.use.lights < 2**31 and 0 <= self.use.blades < 2**31 and int(known["samples"]) <= _MOST_SAMPLES
+        seeds = str(self.frame_seed) == known["seed"] and self.frame in (None, int(known["frame"]))
+        return inside and few and seeds and size in (region.frame, region.size) and abs(self.seed) < 2**32
+
+
+def _is_whole(value):
+    return type(value) is int
 
 
 def described(use, region, sampled, method, added):
-    """What `taken_out` must know of a view layer's render.
+    """The `Description` of a view layer's render as text.
 
     Parameters
     ----------
@@ -54,9 +109,7 @@ def described(use, region, sampled, method, added):
     region : Region
     sampled : Sampling
     method : str
-        As `spectral_tiles.method` calls it.
     added : list of str
-        Passes that the frame has for being merged only.
 
     Returns
     -------
@@ -65,42 +118,37 @@ def described(use, region, sampled, method, added):
     return json.dumps([asdict(use), region, sampled.seed, sampled.frame, sampled.frame_seed, method, added])
 
 
-def taken_out(description, samples, plan_digest, passes, size):
-    """Passes of a merged picture without the noise that Cycles' numbers explain.
+def taken_out(description, samples, plan_digest, picture):
+    """A merged picture without the noise that Cycles' numbers explain.
 
     Parameters
     ----------
-    description : str
-        Of `described`.
+    description : Description
     samples : int
         Samples a pixel.
     plan_digest : str
         Of the layers' plan.
-    passes : dict
-        As of `mixing.read_passes`, of one view.
-    size : (int, int)
-        Width and height of the picture, which may be more than the part that was rendered.
+    picture : Picture
+        Of one view; it may be more than the part that was rendered.
 
     Returns
     -------
-    dict or None
+    Picture or None
         None if the plan cannot be made again here: a machine with another processor may round its choices differently.
     """
-    used, region, seed, frame, frame_seed, method, added = json.loads(description)
-    use, region = SceneUse(**used), Region(*map(tuple, region))
-    if method == "GATHER":
-        plan = arranged_plan.make(use, region, samples, seed, frame)
+    use, region = description.use, description.region
+    if description.method == "GATHER":
+        plan = arranged_plan.make(use, region, samples, description.seed, description.frame)
     else:
-        plan = Plan.in_place(frame_seed, region)
+        plan = Plan.in_place(description.frame_seed, region)
     if digest(plan) != plan_digest:
         return None
-    clean = control_variates.of_picture(use, *drawn(plan, region, samples))
-    if clean is None:
-        return passes
-    left, bottom = region.corner if size == region.frame else (0, 0)
-    window = (..., slice(bottom, bottom + region.size[1]), slice(left, left + region.size[0]))
-    lit = {key: pixels for key, pixels in passes.items() if key[0] not in added}
-    picture = Picture(lit, {name: cycles_passes.kind(name) for name, _ in lit}, size)
-    planes = np.array(picture.light)
-    planes[window] = clean(np.ascontiguousarray(planes[window]), 0, samples)
-    return passes | picture.with_light(planes).passes
+    clean = control_variates.of_picture(use, arranged_plan.drawn(plan, region, samples))
+    lit = replace(
+        picture, passes={key: pixels for key, pixels in picture.passes.items() if key[0] not in description.added}
+    )
+    if clean is None or not lit.light_keys:
+        return picture
+    left, bottom = region.corner if picture.size == region.frame else (0, 0)
+    part = slice(bottom, bottom + region.size[1]), slice(left, left + region.size[0])
+    return picture.with_passes(lit.pasted(clean(lit.cut(part), 0, samples), part).passes)

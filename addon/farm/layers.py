@@ -6,6 +6,7 @@ not depend on the split, because the plan and Cycles' sequence are those of the 
 all layers (`merge`) is the picture that one render would have made, but for the rounding of floats.
 """
 
+import json
 import os
 import re
 import zlib
@@ -13,11 +14,14 @@ import zlib
 import bpy
 
 from ..blender.refusal import Refused
-from . import known_noise
+from . import known_noise, seal
 
-#: In the header of a picture; a plan's digest, and what is known of its noise, bear the view layer's name.
+#: In the header of a picture; a plan's digest, what is known of its noise, and its AOVs bear the view layer's name.
 PREFIX = "spectral_tiles."
-PLAN, NOISE = "plan.", "noise."
+PLAN, NOISE, AOVS = "plan.", "noise.", "aovs."
+
+#: Number of this form of facts; pictures with another one are not merged.
+FORMAT = 2
 
 
 def part(samples, layer, layers):
@@ -65,6 +69,8 @@ def facts(frame, layer_name, plan=None, noise="", tile=None):
     """
     digest = "" if tile is None else f" {zlib.crc32(tile.values.tobytes()):08x}"
     return {
+        seal.NAME.removeprefix(PREFIX): seal.OPEN,
+        "format": str(FORMAT),
         "blender": bpy.app.version_string,
         "frame": str(frame.number),
         "samples": str(frame.sampling.samples),
@@ -72,8 +78,18 @@ def facts(frame, layer_name, plan=None, noise="", tile=None):
         "subset": f"{frame.sampling.first} {frame.sampling.count}",
         "pattern": frame.pattern + digest,
         f"{PLAN}{layer_name}": known_noise.digest(plan) if plan else "none",
-        f"{NOISE}{layer_name}": noise,
+        f"{NOISE}{layer_name}": noise or "none",
+        f"{AOVS}{layer_name}": json.dumps(frame.aovs, sort_keys=True),
     }
+
+
+def aovs_of(text):
+    """Types of a view layer's AOVs by their names, out of its facts; None if that is not what the text says."""
+    try:
+        types = json.loads(text)
+    except (ValueError, RecursionError):
+        return None
+    return types if isinstance(types, dict) and all(kind in ("COLOR", "VALUE") for kind in types.values()) else None
 
 
 def stamp(engine, known):
@@ -91,16 +107,26 @@ def files_of(path):
     Refused
         There are none, or one is missing, or there are those of several splits.
     """
-    folder = os.path.dirname(os.path.abspath(path))
-    stem = re.escape(os.path.splitext(os.path.basename(path))[0])
-    names = [re.fullmatch(rf"{stem}_layer\d+of(\d+)\.exr", name) for name in sorted(os.listdir(folder))]
-    splits = {int(match[1]) for match in names if match}
+    folder, name = os.path.split(os.path.abspath(path))
+    stem = re.escape(os.path.splitext(name)[0])
+    if not os.path.isdir(folder):
+        raise Refused(f"{folder}: no such folder")
+    splits = {}
+    for name in os.listdir(folder):
+        # Numbers that no count of ours has, such as 01 or 0, are parts of other names.
+        if match := re.fullmatch(rf"{stem}_layer([1-9]\d{{0,8}})of([1-9]\d{{0,8}})\.exr", name):
+            splits.setdefault(int(match[2]), set()).add(int(match[1]))
     if not splits:
         raise Refused(f"There are no layers {file_of(path, 1, 'N')}")
     if len(splits) > 1:
-        raise Refused(f"There are layers of several splits beside {path}: of {', of '.join(map(str, sorted(splits)))}")
-    layers = splits.pop()
-    files = [file_of(path, layer, layers) for layer in range(1, layers + 1)]
-    if missing := [file for file in files if not os.path.isfile(file)]:
-        raise Refused(f"Missing: {', '.join(missing)}")
-    return files
+        counts = ", of ".join(map(str, sorted(splits)[:4]))
+        raise Refused(f"There are layers of several splits beside {path}: of {counts}")
+    (layers, found) = splits.popitem()
+    if max(found) > layers:
+        raise Refused(f"There is a layer too many: {file_of(path, max(found), layers)}")
+    if len(found) < layers:
+        # The first missing one comes soon: at most as many come before it as there are files.
+        first = next(layer for layer in range(1, layers + 1) if layer not in found)
+        others = layers - len(found) - 1
+        raise Refused(f"Missing: {file_of(path, first, layers)}" + (f" and {others} more" if others else ""))
+    return [file_of(path, layer, layers) for layer in range(1, layers + 1)]

@@ -3,24 +3,27 @@
 
 import os
 import re
-from dataclasses import dataclass
 
 import numpy as np
 
-from ..blender import interruption, openimageio
+from ..blender import openimageio
 from ..blender.refusal import Refused
 from ..blender.region import bands
-from ..cycles.passes import FIRST_SAMPLE
-from . import known_noise
-from .layers import NOISE, PLAN, PREFIX
-
-# Passes of light that Cycles has divided by the mean colour of what it fell on.
-_DIVIDED = re.compile(r"(.*\.(?:Diffuse|Glossy|Transmission)) (?:Direct|Indirect)(\.[RGB])")
-_COLOUR = r"\1 Color\2"
-_CRYPTOMATTE = re.compile(r"(.*\.Crypto[A-Za-z]+)\d\d\.[rgba]")
+from ..cycles.passes import Kind
+from ..picture.picture import Picture
+from ..plan.patterns import atomic_file, messages
+from . import known_noise, seal
+from .layer_file import LayerFile, check_alike, check_complete, rows
+from .layers import PLAN, PREFIX
 
 # Facts of the layers' own renders, which say nothing about the merged picture.
 _OF_ONE_RENDER = re.compile(r"Date|RenderTime|cycles\..*time|openexr:chunkCount|oiio:subimages")
+
+# Components of a pass of Cryptomatte: two identifiers, each with its coverage.
+_RANKS = ("r", "g", "b", "a")
+
+# OpenEXR's compressions that keep every bit.
+_LOSSLESS = {"", "none", "rle", "zip", "zips", "piz"}
 
 
 def merge(files, path):
@@ -50,185 +53,73 @@ def merge(files, path):
     OSError
         The picture cannot be written.
     """
-    layers = sorted((_Layer.read(file) for file in files), key=lambda layer: layer.first)
-    exact = _check_alike(layers)
-    _check_complete(layers)
-    specs = layers[0].specs
-    names = _channels(specs)
-    height, width = specs[0].height, specs[0].width
-    merged = np.empty((height, width, len(names)), np.float32)
-    weights = [layer.count / layers[0].samples for layer in layers]
-    for band in bands(height):
-        merged[band] = _mean([layer.rows(band) for layer in layers], weights, names)
-    exact = exact and _take_out_noise(merged, layers[0], names)
-    _write(path, layers[0], merged)
-    return layers[0].samples, exact
-
-
-@dataclass(frozen=True)
-class _Layer:
-    """A layer's file.
-
-    Attributes
-    ----------
-    path : str
-    known : dict of str to str
-        Its `facts`, size and passes.
-    first, count, samples : int
-        First sample, how many, and those of the whole frame.
-    specs : list of OpenImageIO.ImageSpec
-        Of its parts, which hold a pass each, or all passes.
-    image : OpenImageIO.ImageInput
-    """
-
-    path: str
-    known: dict
-    first: int
-    count: int
-    samples: int
-    specs: list
-    image: object
-
-    @classmethod
-    def read(cls, path):
-        """Open a file and read what it says of itself."""
-        if not os.path.isfile(path):
-            raise Refused(f"Missing: {path}")
-        oiio = openimageio.load()
-        image = oiio.ImageInput.open(path)
-        if image is None:
-            raise Refused(f"{path} is damaged or truncated: {_one_line(oiio.geterror())}")
-        specs = []
-        while image.seek_subimage(len(specs), 0):
-            specs.append(image.spec())
-        attributes = {attribute.name: attribute.value for attribute in specs[0].extra_attribs}
-        known = {name.removeprefix(PREFIX): value for name, value in attributes.items() if name.startswith(PREFIX)}
-        if "subset" not in known:
-            raise Refused(f"{path} was not rendered with Spectral Tiles")
-        names = _channels(specs)
-        if any(".Noisy Image." in name for name in names):
-            raise Refused(f"{path} was denoised; denoise after merging")
-        for name in names:
-            if (match := _DIVIDED.fullmatch(name)) and match.expand(_COLOUR) not in names:
-                raise Refused(
-                    f"{path} cannot be merged: switch on the pass {match[1].rpartition('.')[2]} Color as well"
-                )
-        known["size"] = f"{specs[0].width} x {specs[0].height}"
-        known["passes"] = ", ".join(names)
-        first, count = map(int, known.pop("subset").split())
-        return cls(path, known, first, count, int(known["samples"]), specs, image)
-
-    def rows(self, band):
-        """Some rows of all channels, float32 (rows, width, channels)."""
-        parts = []
-        for index, spec in enumerate(self.specs):
-            start, stop = spec.y + band.start, spec.y + band.stop
-            pixels = self.image.read_scanlines(index, 0, start, stop, 0, 0, spec.nchannels, "float")
-            if pixels is None:
-                raise Refused(f"{self.path} is damaged or truncated: {_one_line(self.image.geterror())}")
-            parts.append(pixels.reshape(stop - start, spec.width, -1))
-        return np.concatenate(parts, axis=2)
-
-
-def _channels(specs):
-    """Names of all parts' channels, behind the view of a stereoscopic picture."""
-    return [f"{spec.get_string_attribute('view')}:{name}" for spec in specs for name in spec.channelnames]
-
-
-def _check_alike(layers):
-    """Raise `Refused` unless all are layers of one frame; return whether they also followed one plan."""
+    atomic_file.check_writable(path)
+    if any(os.path.realpath(file) == os.path.realpath(path) for file in files):
+        raise Refused(f"{path} is one of the layers; name another file for the merged picture")
+    layers = sorted((LayerFile.read(file) for file in files), key=lambda layer: layer.first)
+    exact = check_alike(layers)
+    check_complete(layers)
     one = layers[0]
-    exact = True
-    for other in layers[1:]:
-        # What makes the noise differ is named first.
-        for name in sorted(one.known.keys() | other.known.keys(), key=lambda name: (name.startswith(NOISE), name)):
-            values = [layer.known.get(name, "none") for layer in (one, other)]
-            if values[0] == values[1]:
-                continue
-            if name.startswith(NOISE):
-                raise Refused(f"{other.path} and {one.path} differ in Control Variates, or in what is left to chance")
-            if not name.startswith(PLAN):
-                raise Refused(f"{other.path} and {one.path} differ in {name}: {values[1]} and {values[0]}")
-            exact = False
-    return exact
+    width, height = one.size
+    merged = np.empty((height, width, len(one.channels)), np.float32)
+    weights = [layer.count / one.samples for layer in layers]
+    for band in bands(height):
+        merged[band] = _mean([layer.rows(band) for layer in layers], weights, one)
+    exact = exact and _take_out_noise(merged, one)
+    _write(path, one, merged)
+    return one.samples, exact
 
 
-def _check_complete(layers):
-    """Raise `Refused` unless the layers, in order, hold every sample once."""
-    reached = 0
-    for before, layer in zip([None, *layers], layers, strict=False):
-        if layer.first > reached:
-            raise Refused(_missing(reached, layer.first, layer.samples))
-        if layer.first < reached:
-            raise Refused(f"{before.path} and {layer.path} hold the same samples")
-        reached += layer.count
-    if reached < layers[0].samples:
-        raise Refused(_missing(reached, layers[0].samples, layers[0].samples))
-
-
-def _missing(start, stop, samples):
-    return f"No layer holds samples {start + 1} to {stop} of {samples}"
-
-
-def _mean(pictures, weights, names):
+def _mean(pictures, weights, layer):
     """Weighted mean of the same rows of all layers, (rows, width, channels), in the order given."""
     total = 0.0
-    divided = {
-        column: names.index(match.expand(_COLOUR))
-        for column, name in enumerate(names)
-        if (match := _DIVIDED.fullmatch(name))
-    }
     for weight, picture in zip(weights, pictures, strict=True):
         light = picture.astype(np.float64)
-        for column, colour in divided.items():
-            light[..., column] *= light[..., colour]
+        for column, colour in layer.divisors.items():
+            light[..., column] *= picture[..., colour]
         total = total + weight * light
-    for column, colour in divided.items():
+    for column, colour in layer.divisors.items():
         seen = total[..., colour] != 0.0
         total[..., column] = np.divide(total[..., column], total[..., colour], out=np.zeros(seen.shape), where=seen)
     cryptomattes = {}
-    for column, name in enumerate(names):
-        if not FIRST_SAMPLE.isdisjoint(name.split(".")[1:]):
+    for column, (channel, kind) in enumerate(zip(layer.channels, layer.kinds, strict=True)):
+        if kind is Kind.FIRST_SAMPLE:
             total[..., column] = pictures[0][..., column]
-        if match := _CRYPTOMATTE.fullmatch(name):
-            cryptomattes.setdefault(match[1], []).append((name[:-1], "rgba".index(name[-1]), column))
+        elif kind is Kind.CRYPTOMATTE and channel.component.lower() in _RANKS:
+            place = channel.render_pass[-2:], _RANKS.index(channel.component.lower()), column
+            cryptomattes.setdefault((channel.view, channel.layer, channel.render_pass[:-2]), []).append(place)
     for columns in cryptomattes.values():
         order = [column for *_, column in sorted(columns)]
+        if len(order) % 2:
+            raise Refused(f"{layer.path} cannot be merged: it has half a rank of Cryptomatte")
         total[..., order] = _cryptomatte([picture[..., order] for picture in pictures], weights)
     return total
 
 
-def _take_out_noise(merged, layer, names):
+def _take_out_noise(merged, layer):
     """Free a merged picture of known noise, in place; return whether that could be done where it was to be.
 
     Parameters
     ----------
     merged : float32 array, shape (height, width, channels)
         Rows from the top.
-    layer : _Layer
+    layer : LayerFile
         Any.
-    names : list of str
-        Of the channels.
     """
     height, width, _ = merged.shape
-    first_view = names[0].partition(":")[0]
-    view_layers = [name.removeprefix(NOISE) for name in layer.known if name.startswith(NOISE)]
-    columns = {view_layer: {} for view_layer in view_layers}
-    for column, name in enumerate(names):
-        view, _, name = name.partition(":")
-        owner = max((owner for owner in view_layers if name.startswith(f"{owner}.")), key=len, default=None)
-        if owner is not None and view == first_view:
-            render_pass = name.removeprefix(f"{owner}.").rpartition(".")[0]
-            columns[owner].setdefault((render_pass, view), []).append(column)
+    first_view = layer.channels[0].view
     done = True
-    for view_layer, places in columns.items():
-        noise = layer.known[NOISE + view_layer]
-        if not noise:
-            continue
+    for view_layer, description in layer.noise.items():
+        places, kinds = {}, {}
+        for column, (channel, kind) in enumerate(zip(layer.channels, layer.kinds, strict=True)):
+            if channel.layer == view_layer and channel.view == first_view:
+                places.setdefault((channel.render_pass, first_view), []).append(column)
+                kinds[channel.render_pass] = kind
         passes = {key: merged[::-1, :, place].reshape(height * width, -1) for key, place in places.items()}
-        clean = known_noise.taken_out(noise, layer.samples, layer.known[PLAN + view_layer], passes, (width, height))
+        picture = Picture(passes, kinds, (width, height))
+        clean = known_noise.taken_out(description, layer.samples, layer.known[PLAN + view_layer], picture)
         for key, place in places.items() if clean else ():
-            merged[::-1, :, place] = clean[key].reshape(height, width, -1)
+            merged[::-1, :, place] = clean.passes[key].reshape(height, width, -1)
         done = done and clean is not None
     return done
 
@@ -269,22 +160,41 @@ def _write(path, layer, pixels):
         kept.attribute("DateTime", "")
         specs.append(kept)
     specs[0].attribute(PREFIX + "subset", f"0 {layer.samples}")
-    folder, name = os.path.split(os.path.abspath(path))
-    with interruption.unfinished(folder) as unfinished:
-        temporary = os.path.join(unfinished, name)
-        output = oiio.ImageOutput.create(temporary)
-        written = bool(output) and output.open(temporary, tuple(specs))
+    specs[0].attribute(seal.NAME, seal.OPEN)
+    with atomic_file.written_whole(path, lambda written: _check_written(written, specs, pixels)) as temporary:
+        output = oiio.ImageOutput.create(str(temporary))
+        written = bool(output) and output.open(str(temporary), tuple(specs))
         column = 0
         for index, spec in enumerate(specs):
             if written and index:
-                written = output.open(temporary, spec, "AppendSubimage")
+                written = output.open(str(temporary), spec, "AppendSubimage")
             columns = pixels[..., column : column + spec.nchannels]
             written = written and output.write_image(np.ascontiguousarray(columns))
             column += spec.nchannels
         if not (written and output.close()):
-            raise OSError(f"Cannot write {path}: {_one_line(output.geterror() if output else oiio.geterror())}")
-        os.replace(temporary, path)
+            raise OSError(messages.one_line(output.geterror() if output else oiio.geterror(), 80))
+        seal.seal(temporary)
 
 
-def _one_line(text):
-    return " ".join(text.split())
+def _check_written(path, specs, pixels):
+    """Raise ValueError or OSError unless a picture can be read to its end, and holds these pixels."""
+    oiio = openimageio.load()
+    image = oiio.ImageInput.open(str(path))
+    if image is None:
+        raise ValueError(messages.one_line(oiio.geterror(), 80))
+    found = []
+    while image.seek_subimage(len(found), 0):
+        found.append(image.spec())
+    image.geterror()
+    if [(spec.width, spec.height, spec.nchannels) for spec in found] != [
+        (spec.width, spec.height, spec.nchannels) for spec in specs
+    ]:
+        raise ValueError("its parts are others")
+    is_exact = all(spec.format == "float" and spec.get_string_attribute("compression") in _LOSSLESS for spec in found)
+    for band in bands(len(pixels)):
+        try:
+            read = rows(str(path), image, found, band)
+        except Refused as error:
+            raise ValueError(str(error).partition(": ")[2]) from error
+        if is_exact and not np.array_equal(read, pixels[band], equal_nan=True):
+            raise ValueError("its pixels are others")

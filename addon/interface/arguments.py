@@ -7,6 +7,7 @@ import re
 
 import bpy
 
+from ..plan.patterns import atomic_file
 from . import picture_files
 
 WRONG_USE = 2
@@ -118,13 +119,10 @@ def _existing(path):
 def _summary(path):
     """A path that can be written to, which is better known before hours of rendering."""
     if path != "-":
-        folder = os.path.dirname(os.path.abspath(path))
-        if os.path.isdir(path) or not path:
-            raise argparse.ArgumentTypeError(f"{path!r} is no name of a file")
         try:
-            picture_files.try_writing(folder)
-        except OSError as error:
-            raise argparse.ArgumentTypeError(f"cannot write into {folder}: {error.strerror}") from None
+            atomic_file.check_writable(path)
+        except (OSError, ValueError) as error:
+            raise argparse.ArgumentTypeError(str(error)) from None
     return path
 
 

@@ -16,6 +16,7 @@ from ..blender import interruption
 from ..blender.refusal import Refused
 from ..cycles.sampling import Sampling
 from ..farm import layers, merge
+from ..plan.patterns import atomic_file, messages
 from ..plan.patterns import generator_cli as generator
 from . import arguments as given
 from . import comparison, picture_files
@@ -61,7 +62,11 @@ def run(arguments, program=f"blender --command {_NAME}"):
             print(f"{_NAME}: {_sentence(failure)}", file=sys.stderr)
         return code
 
-    with interruption.ends_with(lambda: finish(INTERRUPTED, "interrupted")):
+    def interrupted():
+        atomic_file.abandon()
+        return finish(INTERRUPTED, "interrupted")
+
+    with interruption.ends_with(interrupted):
         try:
             summary |= options.run(options)
         except Exception as error:
@@ -82,20 +87,16 @@ def _tile(arguments, program):
 
 def _sentence(error):
     """What went wrong, in one line."""
-    if isinstance(error, Refused):
-        return str(error)
     if isinstance(error, OSError) and error.filename is not None:
-        return f"{error.filename}: {error.strerror}"
-    if isinstance(error, OSError):
-        return " ".join(str(error).split())
+        return messages.about(error.filename, error.strerror)
+    if isinstance(error, Refused | OSError):
+        return messages.one_line(error)
     if isinstance(error, MemoryError):
         return "Not enough memory"
     # A mistake of ours: the line tells where, for whoever is sent it.
     place = traceback.extract_tb(error.__traceback__)[-1]
     where = f"{os.path.basename(place.filename)}, line {place.lineno}"
-    return (
-        f"Spectral Tiles failed, please report this: {type(error).__name__}: {' '.join(str(error).split())} ({where})"
-    )
+    return messages.one_line(f"Spectral Tiles failed, please report this ({where}): {type(error).__name__}: {error}")
 
 
 def main():

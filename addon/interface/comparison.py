@@ -6,8 +6,8 @@ import os
 import bpy
 import numpy as np
 
-from ..blender import interruption
 from ..blender.refusal import Refused
+from ..plan.patterns import atomic_file
 from . import forecast, picture_files
 
 # Whether the switch is on, and the name of the pictures.
@@ -57,21 +57,24 @@ def compare(scene, samples, reference_samples, folder, tell):
         for message in how.refusals if how else ():
             raise Refused(message)  # before Cycles has rendered in vain
     os.makedirs(folder, exist_ok=True)
+    for name in RENDERS.values():
+        for ending in (".exr", ".png"):
+            atomic_file.check_writable(os.path.join(folder, name + ending))
     seed = scene.cycles.seed
-    files, pictures, halves = [], {}, []
-    with interruption.unfinished(folder) as unfinished:
+    pictures, halves = {}, []
+    with atomic_file.unfinished_folder(folder) as unfinished:
         for enabled, name in RENDERS.items():
             tell(name)
-            made = _render(scene, enabled, samples, seed, os.path.join(unfinished, name))
-            pictures[name] = _luminance(made[0])
-            files += made
+            pictures[name] = _render(scene, enabled, samples, seed, os.path.join(unfinished, name))
         for half, half_seed in enumerate(_REFERENCE_SEEDS):
             tell("reference")
-            made = _render(scene, False, reference_samples, half_seed, os.path.join(unfinished, f"reference {half}"))
-            halves.append(_luminance(made[0]))
+            stem = os.path.join(unfinished, f"reference {half}")
+            halves.append(_render(scene, False, reference_samples, half_seed, stem))
+            for ending in (".exr", ".png"):
+                os.unlink(stem + ending)
         errors = {sigma: _errors(pictures, halves, sigma) for sigma in SIGMAS}
         # All of them or none.
-        return [picture_files.put(path, folder) for path in files], errors
+        return picture_files.put(unfinished, folder), errors
 
 
 def _equal_terms(scene):
@@ -81,20 +84,20 @@ def _equal_terms(scene):
     cycles.use_layer_samples = "IGNORE"
     # With persistent data Cycles keeps the seed of the render before.
     scene.render.use_persistent_data = False
-    scene.render.use_compositing = scene.render.use_sequencer = False
+    scene.render.use_compositing = scene.render.use_sequencer = scene.render.use_multiview = False
 
 
 def _render(scene, enabled, samples, seed, stem):
-    """Render to float EXR and, through the scene's view, to PNG; return both paths."""
+    """Render to float EXR and, through the scene's view, to PNG, and return the luminance."""
     scene.spectral_tiles.enabled = enabled
     scene.cycles.samples, scene.cycles.seed = samples, seed
     image = scene.render.image_settings
     image.media_type, image.file_format, image.color_mode, image.color_depth = "IMAGE", "OPEN_EXR", "RGB", "32"
-    files = picture_files.render(scene, stem + ".exr")
+    picture_files.render_into(scene, stem + ".exr")
     image.file_format, image.color_depth = "PNG", "8"
     bpy.data.images["Render Result"].save_render(stem + ".png", scene=scene)
-    picture_files.check(stem + ".png")
-    return [files[0], stem + ".png"]
+    picture_files.check(stem + ".png", scene.render)
+    return _luminance(stem + ".exr")
 
 
 def _luminance(path):

@@ -4,12 +4,14 @@
 import contextlib
 import os
 import re
-import tempfile
 
 import bpy
 
-from ..blender import interruption, openimageio
+from ..blender import openimageio
 from ..blender.refusal import Refused
+from ..blender.region import Region, bands
+from ..farm import seal
+from ..plan.patterns import atomic_file
 
 # Endings of pictures that Blender writes, and the settings that it does so by.
 _FORMATS = {
@@ -32,6 +34,14 @@ _FORMATS = {
 
 #: Those, for a person.
 ENDINGS = " ".join(_FORMATS)
+
+# What finished files of some formats end with: neither Blender nor OpenImageIO misses it.
+_LAST_BYTES = {
+    ".jpeg": b"\xff\xd9",
+    ".jpg": b"\xff\xd9",
+    ".png": b"\0\0\0\0IEND\xaeB`\x82",
+    ".tga": b"TRUEVISION-XFILE.\0",
+}
 
 # What is taken for an ending: letters behind a dot, perhaps with digits; neither `frame.0001` nor `v1.2_####`.
 _ENDING = re.compile(r"\.[A-Za-z][A-Za-z0-9]{0,4}$")
@@ -130,42 +140,85 @@ def render(scene, path):
     Refused
         The engine refused, or Blender wrote nothing, or not all of it.
     OSError
-        The folder cannot be made or written to.
+        The folder cannot be made or written to, which is said before anything is rendered.
     """
     folder, name = os.path.split(path)
     os.makedirs(folder, exist_ok=True)
-    with interruption.unfinished(folder) as unfinished:
-        scene.render.filepath = os.path.join(unfinished, name)
-        try:
-            bpy.ops.render.render(write_still=True, scene=scene.name)
-        except RuntimeError as error:
-            raise Refused(_one_line(error)) from error
-        files = sorted(os.listdir(unfinished))
-        if not files:
-            raise Refused(f"Blender wrote no picture to {path}")
-        for file in files:
-            check(os.path.join(unfinished, file))
-        return [put(os.path.join(unfinished, file), folder) for file in files]
+    atomic_file.check_writable(path)
+    with atomic_file.unfinished_folder(folder) as unfinished:
+        render_into(scene, os.path.join(unfinished, name))
+        return put(unfinished, folder)
 
 
-def put(path, folder):
-    """Move a finished file into its folder, over what is there; return where it is."""
-    final = os.path.join(folder, os.path.basename(path))
-    os.replace(path, final)
-    return final
-
-
-def check(path):
-    """Raise `Refused` if a picture cannot be read to its end: of a full disk Blender tells but for some formats."""
-    image = bpy.data.images.load(path, check_existing=False)
+def render_into(scene, path):
+    """Render the scene's current frame into an unfinished folder; raises `Refused` unless all of it is there."""
+    # Blender has put in what the braces of a path mean; those that are left are to stay.
+    given = path.replace("{", "{{").replace("}", "}}")
+    scene.render.filepath = given
+    if scene.render.filepath != given:
+        raise Refused(f"Blender takes no path of {len(given.encode())} bytes such as {path}")
     try:
-        is_whole = len(image.pixels) > 0
-        if image.type == "MULTILAYER":  # which Blender knows once it was read, and which has no pixels of its own
-            is_whole = _is_whole_exr(path)
+        bpy.ops.render.render(write_still=True, scene=scene.name)
+    except RuntimeError as error:
+        raise Refused(_one_line(error)) from error
+    folder, name = os.path.split(path)
+    stem = os.path.splitext(name)[0]
+    files = [file for file in os.listdir(folder) if file.startswith(stem)] if os.path.isdir(folder) else []
+    if not files:
+        raise Refused(f"Blender wrote no picture {name}")
+    for file in files:
+        check(os.path.join(folder, file), scene.render)
+        if file.lower().endswith(".exr"):
+            seal.seal(os.path.join(folder, file))
+
+
+def put(unfinished, folder):
+    """Move all files of a folder, which are whole, into another one, over what is there; return where they are."""
+    files = []
+    for name in sorted(os.listdir(unfinished)):
+        files.append(os.path.join(folder, name))
+        with atomic_file.written_whole(files[-1]) as temporary:
+            os.replace(os.path.join(unfinished, name), temporary)
+    return files
+
+
+def check(path, settings):
+    """Raise `Refused` unless a picture can be read to its end: of a full disk Blender tells but for some formats.
+
+    Parameters
+    ----------
+    path : str
+    settings : bpy.types.RenderSettings
+        By which it was rendered.
+    """
+    unfinished = f"Blender could not write all of {os.path.basename(path)}; is the disk full?"
+    try:
+        image = bpy.data.images.load(path, check_existing=False)
+    except RuntimeError as error:
+        raise Refused(unfinished) from error
+    try:
+        size = tuple(image.size)
+        is_whole = _is_whole_exr(path) if image.type == "MULTILAYER" else len(image.pixels) > 0
     finally:
         bpy.data.images.remove(image)
-    if not is_whole:
-        raise Refused(f"Blender could not write all of {os.path.basename(path)}; is the disk full?")
+    region = Region.of_render(settings)
+    # A picture for two eyes may be wider, and of several layers Blender tells no size.
+    has_size = settings.use_multiview or size in {(0, 0), region.frame, region.size}
+    if not (is_whole and has_size and _has_its_end(path)):
+        raise Refused(unfinished)
+
+
+def _has_its_end(path):
+    with open(path, "rb") as file:
+        head = file.read(20)
+        length = file.seek(0, os.SEEK_END)
+        last = _LAST_BYTES.get(os.path.splitext(path)[1].lower(), b"")
+        file.seek(max(0, length - len(last)))
+        if file.read() != last:
+            return False
+    if head[:4] in (b"XPDS", b"SDPX"):  # a DPX picture tells its own length
+        return int.from_bytes(head[16:20], "little" if head[:1] == b"X" else "big") <= length
+    return True
 
 
 def _is_whole_exr(path):
@@ -175,21 +228,19 @@ def _is_whole_exr(path):
         return True  # nobody here can tell
     file = oiio.ImageInput.open(path)
     if file is None:
+        oiio.geterror()
         return False
     part = 0
     while file.seek_subimage(part, 0):
         spec = file.spec()
-        last = spec.y + spec.height - 1
-        if file.read_scanlines(part, 0, last, last + 1, 0, 0, spec.nchannels, oiio.FLOAT) is None:
-            return False
+        for band in bands(spec.height):
+            start, stop = spec.y + band.start, spec.y + band.stop
+            if file.read_scanlines(part, 0, start, stop, 0, 0, spec.nchannels, spec.format) is None:
+                file.geterror()
+                return False
         part += 1
+    file.geterror()  # that there are no more parts
     return part > 0
-
-
-def try_writing(folder):
-    """Raise OSError if no file can be made in a folder."""
-    with tempfile.TemporaryFile(dir=folder, prefix=".spectral_tiles_"):
-        pass
 
 
 @contextlib.contextmanager

@@ -3,6 +3,8 @@
 
 __all__ = [
     "control_variates",
+    "noise_blocks",
     "picture",
     "reconstruction",
+    "surroundings",
 ]

@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ..cycles.passes import NOISY, Kind, divisor
+from ..cycles.passes import NOISY, Kind, divisor, is_radiance
 from ..plan.sample_plan import scattered
 
 
@@ -45,26 +45,63 @@ class Picture:
         return self.of_kind(Kind.COLOUR, Kind.DIVIDED)
 
     @property
-    def light(self):
-        """All those passes as light, what Cycles divided multiplied again: (channels, height, width)."""
-        lights = []
-        for key in self.light_keys:
-            colour = self.divisor(key)
-            lights.append(self.passes[key] * self.passes[colour] if colour else self.passes[key])
+    def radiance_keys(self):
+        """Keys of those of them that hold radiance of the scene, in red, green and blue."""
+        return [key for key in self.light_keys if is_radiance(key[0]) and self.passes[key].shape[1] >= 3]
+
+    @property
+    def opacity(self):
+        """How opaque the film is, (height, width), or None if no pass tells."""
         width, height = self.size
-        return np.concatenate(lights, axis=1).T.reshape(-1, height, width)
+        combined = next((pixels for key, pixels in self.passes.items() if key[0] == "Combined"), None)
+        return None if combined is None else combined[:, 3].reshape(height, width)
+
+    def light_of(self, key):
+        """A pass as light, what Cycles divided multiplied again: (channels, height, width)."""
+        width, height = self.size
+        colour = self.divisor(key)
+        light = self.passes[key] * self.passes[colour] if colour else self.passes[key]
+        return np.ascontiguousarray(light.T).reshape(-1, height, width)
+
+    @property
+    def light(self):
+        """All passes of light, one after the other: (channels, height, width)."""
+        return np.concatenate([self.light_of(key) for key in self.light_keys])
+
+    def with_light_of(self, lights):
+        """The picture with the first channels of some passes replaced: key -> what `light_of` gives."""
+        passes = dict(self.passes)
+        for key, planes in lights.items():
+            passes[key] = passes[key].copy()
+            passes[key][:, : len(planes)] = planes.reshape(len(planes), -1).T
+        for key in lights:
+            if colour := self.divisor(key):
+                light, by = passes[key], passes[colour]
+                # Below zero where a filter's lobes are: the passes' product is to be the light there, too.
+                passes[key] = np.divide(light, by, out=np.zeros_like(light), where=by != 0.0)
+        return replace(self, passes=passes)
 
     def with_light(self, planes):
         """The picture with its light replaced by planes in the form of `light`."""
         keys = self.light_keys
         ends = np.cumsum([self.passes[key].shape[1] for key in keys])
-        lights = np.split(planes.reshape(len(planes), -1).T, ends[:-1], axis=1)
-        passes = self.passes | dict(zip(keys, lights, strict=True))
-        for key in keys:
-            if colour := self.divisor(key):
-                light, by = passes[key], passes[colour]
-                # Below zero where a filter's lobes are: the passes' product is to be the light there, too.
-                passes[key] = np.divide(light, by, out=np.zeros_like(light), where=by != 0.0)
+        return self.with_light_of(dict(zip(keys, np.split(planes, ends[:-1]), strict=True)))
+
+    def cut(self, part):
+        """Some rows and columns, slices, of the picture."""
+        width, height = self.size
+        found = {key: pixels.reshape(height, width, -1)[part] for key, pixels in self.passes.items()}
+        rows, columns = (range(*side.indices(length)) for side, length in zip(part, (height, width), strict=True))
+        flat = {key: pixels.reshape(-1, pixels.shape[-1]) for key, pixels in found.items()}
+        return replace(self, passes=flat, size=(len(columns), len(rows)))
+
+    def pasted(self, picture, part):
+        """The picture with some rows and columns replaced by another of their size."""
+        width, height = self.size
+        passes = {key: pixels.copy() for key, pixels in self.passes.items()}
+        for key, pixels in picture.passes.items():
+            target = passes[key].reshape(height, width, -1)[part]
+            target[...] = pixels.reshape(target.shape)
         return replace(self, passes=passes)
 
     def with_passes(self, passes):
@@ -94,8 +131,8 @@ class Picture:
         )  # fmt: skip
 
     def moved(self, film):
-        """The picture whose pixel `film[p]` is pixel p of this one."""
-        return replace(self, passes={key: scattered(pixels, film) for key, pixels in self.passes.items()})
+        """The picture whose pixel `film[p]` is pixel p of this one, which is empty afterwards, for memory's sake."""
+        return replace(self, passes={key: scattered(self.passes.pop(key), film) for key in list(self.passes)})
 
 
 def mean(before, picture, count):

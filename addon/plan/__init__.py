@@ -10,4 +10,5 @@ __all__ = [
     "pattern_plan",
     "patterns",
     "sample_plan",
+    "sub_frame_plan",
 ]

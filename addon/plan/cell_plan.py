@@ -1,31 +1,18 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What the cells of a periodic pattern sample: the plan of the sub-render driver.
+"""What the cells of a pattern sample that is followed to the letter.
 
-All film pixels of one cell share their random numbers: one point of Cycles' sequence (`addon.shared_sequence`) for
+All film pixels of one cell share their random numbers: one point of Cycles' sequence (`cycles.shared_sequence`) for
 each sample.  The plan says which point each cell gets, and what time, lens point and film position go with it.
 """
 
-import itertools
 from dataclasses import dataclass
 
 import numpy as np
 
-from ..cycles import aperture, random_numbers, shared_sequence
-from . import arranged_plan, modes
-from .arrangement import ALIGNMENT, arrange
+from ..cycles import shared_sequence
 from .matching import match
 from .pattern_plan import evenly_spread
-
-# So many different samples at least, one sub-render each, make a picture: with 16 x 16 cells at one sample a pixel, or
-# 4 x 4 at sixteen, time and lens are cut finely enough that no single one is seen.
-_DIFFERENT = 256
-_SIDES = (4, 8, 16)
-
-# Samples of a cell that are looked at; what more of them leave is not seen, and takes seconds to weigh.
-_WEIGHED = 256
-
-# Modes of the error that are weighed.
-_MODES = 24
+from .sub_frame_plan import Shot
 
 
 @dataclass(frozen=True)
@@ -55,64 +42,30 @@ class CellPlan:
         """Period of the pattern, in pixels."""
         return len(self.offset)
 
-    def drawn(self, region):
-        """What Cycles draws at the pixels of a region (Region), as `control_variates.of_picture` takes it."""
-        x, y = ((np.arange(size) + corner) % self.side for size, corner in zip(region.size, region.corner, strict=True))
+    def groups(self, samples):
+        """The shots of some samples of every pixel, a group for each, in the order of time.
 
-        def found(pixels, chosen, samples, first):
-            rows, columns = pixels
-            points = self.offset[..., first : first + samples]
-            cells = _leading_bytes(
-                {name for mode in chosen for name, _ in mode},
-                lambda dims: shared_sequence.values(dims, self.count, self.seed)[points],
+        Parameters
+        ----------
+        samples : iterable of int
+
+        Returns
+        -------
+        list of list of Shot
+        """
+        found = []
+        for sample in samples:
+            moments, points = self.t[:, :, sample], self.offset[:, :, sample]
+            order = zip(*np.unravel_index(np.argsort(moments, axis=None), moments.shape), strict=True)
+            found.append(
+                [
+                    Shot(
+                        (int(row), int(column)), int(points[row, column]), 1, 2 * (float(moments[row, column]),), sample
+                    )
+                    for row, column in order
+                ]
             )
-            return {name: np.moveaxis(values[y[rows], x[columns]], -1, 0) for name, values in cells.items()}
-
         return found
-
-
-def side(samples):
-    """Period of the pattern that `arranged` makes for that many samples a pixel, in pixels."""
-    return next((side for side in _SIDES if side * side * samples >= _DIFFERENT), _SIDES[-1])
-
-
-def arranged(use, samples, seed, frame=None):
-    """Plan in which neighbouring cells complement each other in what the frame uses.
-
-    Parameters
-    ----------
-    use : analysis.SceneUse
-    samples : int
-        Samples a pixel.
-    seed : int
-        Another seed gives another, equally good plan.
-    frame : int, optional
-        Of an animation whose pattern changes from frame to frame.
-
-    Returns
-    -------
-    CellPlan
-    """
-    cells = side(samples) ** 2
-    count = shared_sequence.length(cells * samples)
-    shares = arranged_plan.shares(use)
-    dims = {name for groups, _ in shares for name in itertools.chain(*groups)}
-    group, first_seed, place = arranged_plan.place_in_group(seed, frame)
-    order, error_modes, before = _curve(side(samples)), None, None
-    for cycles_seed in range(first_seed, first_seed + place + 1):
-        if shares:
-            numbers = _leading_bytes(dims, lambda names, seed=cycles_seed: shared_sequence.values(names, count, seed))
-            numbers = {
-                name: values[: cells * samples].reshape(cells, samples)[:, :_WEIGHED].T
-                for name, values in numbers.items()
-            }
-            error_modes = error_modes or modes.strongest(modes.variances(shares), numbers, _MODES)
-            features = np.stack(list(modes.features(error_modes, numbers)), axis=-1)
-            order = _placed(features, side(samples), before)
-            before = (0.0 if before is None else before) + np.float32(arranged_plan.WEIGHT) * features[order]
-    # Whatever the arrangement prefers somewhere, any cell may be there.
-    moved = np.random.default_rng((seed, group % 2**32)).integers(0, side(samples), 2)
-    return _plan(np.roll(order.reshape(side(samples), -1), moved, axis=(0, 1)), samples, cycles_seed, count)
 
 
 def following(tile, dims, samples, seed):
@@ -156,47 +109,3 @@ def _plan(order, samples, seed, count):
     offset = order[..., None] * samples + np.arange(samples)
     numbers = shared_sequence.values(("t", "lens.u", "lens.v", "film.x", "film.y"), count, seed)[offset]
     return CellPlan(seed, count, offset, numbers[..., 0].copy(), numbers[..., 1:3].copy(), numbers[..., 3:].copy())
-
-
-def _leading_bytes(names, draw):
-    """Leading bytes by name; `draw` gives the numbers of a list of dimensions, (..., dimensions)."""
-
-    def drawn(dims):
-        values = (256.0 * draw(dims)).astype(np.uint8)
-        return dict(zip(dims, np.moveaxis(values, -1, 0), strict=True))
-
-    return aperture.leading_bytes(names, drawn)
-
-
-def _curve(side):
-    """Cycles' own order of the cells, rows and columns exchanged: a Z-curve, int array of shape (side * side,)."""
-    y, x = np.divmod(np.arange(side * side), side)
-    return random_numbers.z_order(y, x).astype(int)
-
-
-def _placed(error_features, side, before):
-    """Which block of points each cell gets: Cycles' own order, rearranged as `addon.arrangement` does it.
-
-    Parameters
-    ----------
-    error_features : float32 array, shape (side * side, modes)
-        Of the blocks, in the order of the sequence.
-    side : int
-    before : float32 array, shape (side * side, modes), or None
-        Features of the cells in earlier pictures; the error is that of them all.
-
-    Returns
-    -------
-    int array, shape (side * side,)
-    """
-
-    def repeated(cells):
-        return np.tile(cells.reshape(side, side), (ALIGNMENT // side,) * 2)
-
-    ranks = repeated(_curve(side)).astype(np.uint32)
-    features = (repeated(feature) for feature in error_features[_curve(side)].T)
-    seen = None if before is None else [repeated(feature) for feature in before.T]
-    order = arrange(features, error_features.shape[1], ranks, np.ones(ranks.shape, bool), seen)
-    # A period in the middle: those at the edge see nothing beyond it.
-    middle = slice(ALIGNMENT // 2, ALIGNMENT // 2 + side)
-    return ranks.ravel()[order[middle, middle]].astype(int).ravel()

@@ -21,12 +21,13 @@ class Costs:
     call : float
         Of a call beside its samples; to be set before anything is learned.
     pixels : float array, shape (height, width)
-        Of a sample of each pixel.
+        Of a sample of each pixel; not a number until parts of the picture have been measured.
     """
 
     def __init__(self, size):
         self.call = np.inf
         self.pixels = np.full(size[::-1], np.nan)
+        self._sample = np.nan
 
     def learn(self, part, count, seconds):
         """Take in how long a call has taken.
@@ -41,7 +42,9 @@ class Costs:
         """
         known = self.pixels[part]
         spent = max(seconds - self.call, 0.01 * seconds)
-        if np.isnan(known).any():
+        if np.isnan(known).any() and known.size == self.pixels.size:
+            self._sample = spent / count
+        elif np.isnan(known).any():
             known[...] = spent / (count * known.size)
         else:
             ratio = spent / max(count * known.sum(), 1e-12)
@@ -50,4 +53,4 @@ class Costs:
     @property
     def sample(self):
         """Seconds of one sample of every pixel."""
-        return float(np.nansum(self.pixels))
+        return self._sample if np.isnan(self.pixels).any() else float(self.pixels.sum())

@@ -9,14 +9,26 @@ from ..blender.refusal import Refused
 
 try:  # as an extension, where the generator is a package beside this one
     from ... import generator
+    from ...generator import atomic_file, messages
     from ...generator import cli as generator_cli
     from ...generator.library import PROFILES, covering
 except ImportError:  # from a checkout, where `addon` and `generator` are top-level packages
     import generator
+    from generator import atomic_file, messages
     from generator import cli as generator_cli
     from generator.library import PROFILES, covering
 
-__all__ = ["ITEMS", "PROFILES", "generator", "generator_cli", "spectral", "tile", "title"]
+__all__ = [
+    "ITEMS",
+    "PROFILES",
+    "atomic_file",
+    "generator",
+    "generator_cli",
+    "messages",
+    "spectral",
+    "tile",
+    "title",
+]
 
 _FOLDER = os.path.join(os.path.dirname(os.path.dirname(__file__)), "tiles")
 

@@ -2,8 +2,8 @@
 """Adaptive sampling by rounds: which rectangles of a picture go on with their pixels' own samples, and how far.
 
 All pixels take the same few samples first, whose halves tell how noisy they are (`rates`).  Then squares double their
-samples, round by round: until the time of a picture with the same samples everywhere is spent, or a given time, or until
-the error that Cycles' noise threshold bounds is below it everywhere.
+samples, round by round: until the time of a picture with the same samples everywhere is spent, or a given time, or
+until the error that Cycles' noise threshold bounds is below it everywhere.
 """
 
 from dataclasses import dataclass
@@ -33,6 +33,14 @@ _ACROSS = 160
 # Rates must leave less than this share of the error of the same samples everywhere, or all pixels go on together: their
 # samples are then stratified together, too.
 _WORTH = 0.9
+
+# The threshold grows with this power of the samples a pixel has taken, so that these grow like the deviation, as the
+# least mean square error wants, not like the variance.  Cycles' own test ends as early, for its one difference of two
+# halves is small by chance sooner or later; held to the letter, the same error would take up to twice the time.
+_RELIEF = 0.5
+
+# Part of the time left that the next samples of all pixels may take.
+_CAUTION = 0.75
 
 # Share of a round's time that its calls may take beside samples.
 _CALLS = 0.1
@@ -86,14 +94,35 @@ class Goal:
         return _power_of_two_from(self.samples * (_MOST_TIMES if self.is_mean else 1))
 
     @property
-    def base(self):
-        """Samples that every pixel takes first, a power of two; all of them if there is nothing to adapt."""
-        first = self.samples // _FIRST_PART if self.is_mean else _FIRST_TEST
-        return min(_power_of_two_from(max(first, FEWEST, self.least)), _power_of_two_from(self.samples))
+    def first(self):
+        """Samples that all pixels take in the first call; if time is limited one, which tells how long more take."""
+        return 1 if self.seconds is not None else max(self._usual_base // 2, 1)
+
+    def base(self, sample_seconds):
+        """Samples that all pixels take before their noise is judged, a power of two.
+
+        Parameters
+        ----------
+        sample_seconds : float
+            Seconds of one sample of all pixels.
+        """
+        if self.seconds is None:
+            return self._usual_base
+        affordable = int(self.seconds / _FIRST_PART / max(sample_seconds, 1e-9))
+        return min(self._usual_base, _power_of_two_to(affordable))
+
+    @property
+    def _usual_base(self):
+        wanted = self.samples // _FIRST_PART if self.is_mean else _FIRST_TEST
+        return min(_power_of_two_from(max(wanted, FEWEST, self.least)), _power_of_two_to(self.samples))
 
 
 def _power_of_two_from(count):
     return 1 << max(count - 1, 0).bit_length()
+
+
+def _power_of_two_to(count):
+    return 1 << max(count.bit_length() - 1, 0)
 
 
 def tiles(size, first, count):
@@ -122,14 +151,16 @@ def _only(shape, cell):
     return flags
 
 
-def rounds(goal, seen, costs, elapsed):
+def rounds(goal, base, seen, costs, elapsed):
     """Go on from the samples that all pixels have until the goal is reached.
 
     Parameters
     ----------
     goal : Goal
+    base : int
+        Samples that all pixels have, of `Goal.base`.
     seen : object
-        The picture so far: `mean` and `half` as of `rates`, renewed when shots have been rendered.
+        The picture so far: `size`, and `mean` and `half` as of `rates`, renewed when shots have been rendered.
     costs : Costs
         Renewed likewise.
     elapsed : callable
@@ -140,28 +171,20 @@ def rounds(goal, seen, costs, elapsed):
     list of Shot
         One round; the picture is complete after each.
     """
-    if goal.threshold is not None:
-        yield from _until_below(goal, seen, costs, elapsed)
+    if goal.threshold is not None and base >= FEWEST:
+        yield from _until_below(goal, base, seen, costs, elapsed)
     else:
-        yield from _in_time(goal, seen, costs, elapsed)
+        yield from _in_time(goal, base, seen, costs, elapsed)
 
 
-def _in_time(goal, seen, costs, elapsed):
-    base, size = goal.base, seen.size
+def _in_time(goal, base, seen, costs, elapsed):
+    end = goal.seconds if goal.seconds is not None else elapsed() + costs.sample * (goal.samples - base)
     doublings = int(np.log2(goal.most // base))
-    if goal.is_mean:
-        end = elapsed() + costs.sample * (goal.samples - base)
-        even = goal.samples
-    else:
-        end = goal.seconds
-        even = base + (end - elapsed()) / costs.sample
-    variance = rates.variance_of_mean(seen.mean, seen.half) * base
-    best = _best_squares(variance, costs, base, doublings, end - elapsed(), size)
-    if best is None or best[0] > _WORTH * variance.sum(dtype=float) / even:
-        if int(even) > base:
-            yield [Shot((0, 0, *size), base, min(int(even), goal.most) - base)]
+    chosen = _chosen_squares(goal, base, seen, costs, doublings, end - elapsed()) if base >= FEWEST else None
+    if chosen is None:
+        yield from _evenly(goal, base, seen.size, costs, elapsed)
         return
-    _, squares, wish = best
+    squares, wish = chosen
     levels = np.zeros(squares.areas.shape, int)
     for level in range(doublings):
         # What samples cost is known better after each round, so the rest is planned anew; noise is not judged again.
@@ -175,25 +198,39 @@ def _in_time(goal, seen, costs, elapsed):
         levels = np.where(wanted > level, level + 1, levels)
 
 
-def _sides(size):
-    """Squares of several sides, small ones first."""
-    side = max(_SIDE, _power_of_two_from(max(size) // _ACROSS))
-    return [Squares(size, side << power) for power in range(3)]
+def _evenly(goal, count, size, costs, elapsed):
+    """Complete the samples of all pixels."""
+    most = goal.samples
+    while count < most:
+        # Little by little if time is limited, for what samples cost is known better each time.
+        affordable = most if goal.seconds is None else int(_CAUTION * (goal.seconds - elapsed()) / costs.sample)
+        further = min(most - count, affordable)
+        if further < 1:
+            return
+        yield [Shot((0, 0, *size), count, further)]
+        count += further
 
 
-def _best_squares(variance, costs, base, doublings, seconds, size):
-    """Expected error, squares and wishes of the side that promises most; None if no time is left for any."""
-    best = None
-    for squares in _sides(size):
+def _chosen_squares(goal, base, seen, costs, doublings, seconds):
+    """Squares and wishes of the side that promises most; None if the same samples everywhere promise as much."""
+    variance = rates.variance_of_mean(seen.mean, seen.half) * base
+    even = min(base + seconds / costs.sample, goal.most)
+    least, chosen = _WORTH * variance.sum(dtype=float) / even, None
+    for squares in _sides(seen.size):
         prices = squares.sums(costs.pixels)
         wish = rates.wishes(variance, prices, squares)
         levels = np.zeros(squares.areas.shape, int)
         wanted = _planned(squares, wish, prices, levels, base, doublings, seconds, costs.call)
-        if wanted.any():
-            error = rates.square_error(squares.sums(variance), wanted, base)
-            if best is None or error < best[0]:
-                best = error, squares, wish
-    return best
+        error = rates.square_error(squares.sums(variance), wanted, base)
+        if error < least:
+            least, chosen = error, (squares, wish)
+    return chosen
+
+
+def _sides(size):
+    """Squares of several sides, small ones first."""
+    side = max(_SIDE, _power_of_two_from(max(size) // _ACROSS))
+    return [Squares(size, side << power) for power in range(3)]
 
 
 def _planned(squares, wish, prices, levels, base, most, seconds, call):
@@ -204,21 +241,35 @@ def _planned(squares, wish, prices, levels, base, most, seconds, call):
     return rates.levels_in_time(wish, prices, levels, base, most, seconds - calls * call)
 
 
-def _until_below(goal, seen, costs, elapsed):
-    base, squares = goal.base, None
+def _until_below(goal, base, seen, costs, elapsed):
+    squares = levels = None
     for level in range(int(np.log2(goal.most // base))):
         if goal.seconds is not None and elapsed() > goal.seconds:
             return
         count = base << level
-        error = np.square(rates.cycles_error(seen.mean, seen.half))
-        for squares in [squares] if squares else _sides(seen.size):
-            noisy = rates.around(squares.sums(error), squares.areas) > goal.threshold**2
-            if level:
-                noisy &= levels == level
-            found = squares.rectangles(noisy)
-            if len(found) * costs.call <= _CALLS * count * squares.sums(costs.pixels)[noisy].sum():
-                break
+        bound = goal.threshold * (count / _FIRST_TEST) ** _RELIEF
+        if squares is None:
+            squares = _squares_for(seen, bound, costs, base)
+            levels = np.zeros(squares.areas.shape, int)
+        noisy = (levels == level) & (_error(seen, squares) > bound)
+        found = squares.rectangles(noisy)
         if not found:
             return
         yield [Shot(rectangle, count, min(count, goal.samples - count)) for rectangle in found]
-        levels = noisy * (level + 1) if level == 0 else np.where(noisy, level + 1, levels)
+        levels[noisy] += 1
+
+
+def _error(seen, squares):
+    """Root mean square of the error that Cycles' threshold bounds, around each square."""
+    sums = squares.sums(np.square(rates.cycles_error(seen.mean, seen.half)))
+    return np.sqrt(rates.around(sums, squares.areas))
+
+
+def _squares_for(seen, bound, costs, count):
+    """The smallest squares of which further samples take much longer than the calls for them."""
+    for squares in _sides(seen.size):
+        noisy = _error(seen, squares) > bound
+        calls = len(squares.rectangles(noisy))
+        if calls * costs.call <= _CALLS * count * squares.sums(costs.pixels)[noisy].sum():
+            break
+    return squares

@@ -4,7 +4,7 @@
 
 const JOB_TYPE = {
     label: "Spectral Tiles",
-    description: "Render with Cycles Spectral Tiles, which the workers' Blender must have enabled.",
+    description: "Render by Cycles with Spectral Tiles, which the workers' Blender must have enabled.",
     settings: [
         { key: "blendfile", type: "string", required: true, visible: "web", description: "The .blend file" },
         {
@@ -19,8 +19,8 @@ const JOB_TYPE = {
         },
         {
             key: "samples", type: "int32", required: true,
-            eval: "C.scene.spectral_tiles.samples",
-            description: "Samples a pixel",
+            eval: "C.scene.cycles.samples",
+            description: "Samples a pixel; the most of them where the file has a noise threshold",
         },
         {
             key: "layers", type: "int32", default: 1,

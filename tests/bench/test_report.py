@@ -5,7 +5,7 @@ import matplotlib.pyplot as plt
 import numpy as np
 import pytest
 
-from bench import crops, doubts, jobs, paper, readme, report
+from bench import crops, doc_parts, doubts, jobs, paper, report
 from bench.crops import crop, write_crop
 from bench.document import Heading, Pictures, Plot, Table, page
 from bench.doubts import is_worse, looked_at_again
@@ -103,19 +103,20 @@ def test_table_of_tiles_is_found():
     assert all(len(row) == len(found.header) for row in found.rows)
 
 
-def test_readme_table_replaces_what_stands_between_its_marks(tmp_path, monkeypatch):
-    monkeypatch.setattr(readme, "ROOT", tmp_path)
-    page = tmp_path / "README.md"
+def test_table_of_docs_replaces_what_stands_between_its_marks(tmp_path, monkeypatch):
+    monkeypatch.setattr(doc_parts, "ROOT", tmp_path)
+    page = tmp_path / "docs" / "measurements.md"
+    page.parent.mkdir()
     made = Table("Errors", ["", "1 spp"], [["wheels", "0.9"]])
-    page.write_text("before\n<!-- python -m bench paper --readme -->\nold\n<!-- end of paper -->\nafter\n")
+    page.write_text("before\n<!-- python -m bench paper --docs -->\nold\n<!-- end of paper -->\nafter\n")
     for _ in range(2):
-        readme.write_table("paper", made)
+        doc_parts.write_table("paper", made)
     lines = page.read_text().splitlines()
     assert (lines[0], lines[2], lines[-1]) == ("before", "Errors:", "after")
     assert lines.count("| wheels | 0.9 |") == 1
     assert "old" not in lines
     with pytest.raises(ValueError, match="no marks"):
-        readme.write_table("report", made)
+        doc_parts.write_table("report", made)
 
 
 @pytest.mark.parametrize("wanted", [1, 1.4, 4, 6, 40])
@@ -187,7 +188,7 @@ def test_worse_is_by_more_than_two_standard_errors():
 def test_whole_report_of_one_small_scene(tmp_path, monkeypatch):
     monkeypatch.setattr(jobs, "CACHE", tmp_path)
     effort = Effort(("motion_blur",), 32, (1,), range(2), 2, 32, (32, 32), 1)
-    made = report.make(effort, paper.Effort((), 32, range(2), 2, ()), tmp_path / "out", readme=False)
+    made = report.make(effort, paper.Effort((), 32, range(2), 2, ()), tmp_path / "out", docs=False)
     text = made.read_text(encoding="utf-8")
     parsed = Page()
     parsed.feed(text)
@@ -203,4 +204,4 @@ def test_whole_report_of_one_small_scene(tmp_path, monkeypatch):
 
     run = jobs.run_worker
     monkeypatch.setattr(jobs, "run_worker", rendered_again)
-    report.make(effort, paper.Effort((), 32, range(2), 2, ()), tmp_path / "out", readme=False)
+    report.make(effort, paper.Effort((), 32, range(2), 2, ()), tmp_path / "out", docs=False)

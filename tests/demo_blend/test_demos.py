@@ -22,6 +22,7 @@ KINDS = {
     "windy_forest": (True, False, 0, 1),
     "dandelion": (True, True, 0, 2),
     "swinging_lamp": (True, False, 0, 1),
+    "blinking_signs": (True, False, 0, 0),
 }
 
 
@@ -105,3 +106,14 @@ def _spread_over_seeds(scene: bpy.types.Scene, folder: Path) -> float:
         images.append(np.array(image.pixels))
         bpy.data.images.remove(image)
     return float(np.abs(images[0] - images[1]).max())
+
+
+@pytest.mark.parametrize("name", demo_blend.DEMOS)
+def test_file_opens_ready_to_show_the_product(extension, name):
+    bpy.ops.wm.open_mainfile(filepath=str(FOLDER / f"{name}.blend"))
+    scene = bpy.context.scene
+    assert scene.render.engine == "CYCLES" and scene.spectral_tiles.enabled
+    assert scene.cycles.use_adaptive_sampling and scene.cycles.use_denoising
+    spaces = [space for screen in bpy.data.screens for area in screen.areas for space in area.spaces]
+    views = [space.region_3d.view_perspective for space in spaces if space.type == "VIEW_3D"]
+    assert views and set(views) == {"CAMERA"}

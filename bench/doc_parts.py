@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The parts of README that commands write: tables between two marks, and pictures in docs/."""
+"""The parts of docs/ that commands write: tables between two marks in measurements.md, and pictures."""
 
 import matplotlib.pyplot as plt
 import numpy as np
@@ -14,15 +14,15 @@ def write_table(command: str, made: Table) -> None:
     Raises
     ------
     ValueError
-        If README has no such marks.
+        If it has no such marks.
     """
-    readme = ROOT / "README.md"
-    start, end = f"<!-- python -m bench {command} --readme -->", f"<!-- end of {command} -->"
-    before, found, rest = readme.read_text(encoding="utf-8").partition(start)
+    page = ROOT / "docs" / "measurements.md"
+    start, end = f"<!-- python -m bench {command} --docs -->", f"<!-- end of {command} -->"
+    before, found, rest = page.read_text(encoding="utf-8").partition(start)
     _, closed, after = rest.partition(end)
     if not (found and closed):
-        raise ValueError(f"README.md has no marks {start} and {end}")
-    readme.write_text(f"{before}{start}\n{made.caption}:\n\n{made.markdown()}\n{end}{after}", encoding="utf-8")
+        raise ValueError(f"{page.name} has no marks {start} and {end}")
+    page.write_text(f"{before}{start}\n{made.caption}:\n\n{made.markdown()}\n{end}{after}", encoding="utf-8")
 
 
 def write_picture(name: str, pixels: np.ndarray) -> None:

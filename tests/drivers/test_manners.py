@@ -1,7 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """A render leaves the user's file as it was, and says in one line why it cannot be done."""
 
-import errno
 import os
 import tracemalloc
 
@@ -10,24 +9,23 @@ import numpy as np
 import pytest
 
 import generator
-from addon.blender import failure
-from addon.drivers import gather
-from addon.interface import forecast
-from addon.picture import control_variates, mixing
-from addon.plan import sample_plan
+from addon.blender import refusal
+from addon.cycles import passes, plan_image, session
+from addon.picture import control_variates, picture
+from addon.plan import arranged_plan
 from tests import rendering
 
 
-def build_scene(driver="AUTO"):
+def build_scene(method="GATHER"):
     scene = rendering.empty_scene(16, 16)
-    scene.spectral_tiles.driver = driver
+    scene.spectral_tiles.method = method
     camera = rendering.add_camera((0, -5, 5), (np.radians(45), 0, 0))
     camera.data.dof.use_dof = True
     camera.data.shift_x = 0.1
     rendering.add_plane(8, rendering.diffuse())
     rendering.add_light("AREA", 300, (1, -1, 4), size=2)
     bpy.context.view_layer.use_pass_z = True
-    scene.render.engine = "SPECTRAL_TILES"
+    scene.spectral_tiles.enabled = True
     return scene
 
 
@@ -65,56 +63,40 @@ def render_expecting(message):
     assert set(os.listdir(bpy.app.tempdir)) == files
 
 
-def test_a_render_changes_nothing():
-    build_scene()
-    before, files = snapshot(), set(os.listdir(bpy.app.tempdir))
-    bpy.ops.render.render()
-    assert snapshot() == before
-    assert set(os.listdir(bpy.app.tempdir)) == files
-
-
-def test_no_camera():
-    scene = build_scene()
-    bpy.context.view_layer.use_pass_mist = True
-    bpy.data.objects.remove(scene.camera)
-    render_expecting("camera")
-    assert len(forecast.refusals(scene, bpy.context.view_layer)) == 1
-
-
 def test_custom_camera():
-    build_scene("GATHER").camera.data.type = "CUSTOM"
+    build_scene().camera.data.type = "CUSTOM"
     render_expecting("custom lens")
 
 
 def test_perspective_spherical_stereo():
-    scene = build_scene("GATHER")
+    scene = build_scene()
     scene.render.use_multiview = True
     scene.camera.data.stereo.use_spherical_stereo = True
     render_expecting("Spherical Stereo")
 
 
 def test_rolling_shutter():
-    scene = build_scene("GATHER")
+    scene = build_scene()
     scene.render.use_motion_blur = True
     scene.cycles.rolling_shutter_type = "TOP"
     render_expecting("Rolling Shutter")
 
 
 def test_culling():
-    scene = build_scene("GATHER")
+    scene = build_scene()
     scene.render.use_simplify = scene.cycles.use_distance_cull = True
     render_expecting("Culling")
 
 
 def test_mist_of_an_orthographic_camera():
-    build_scene("GATHER").camera.data.type = "ORTHO"
+    build_scene().camera.data.type = "ORTHO"
     bpy.context.view_layer.use_pass_mist = True
     render_expecting("Mist pass")
 
 
 @pytest.mark.parametrize("grouped", [False, True])
 def test_window_coordinates(grouped):
-    build_scene("GATHER")
+    build_scene()
     material = bpy.data.materials["ShaderNodeBsdfDiffuse"]
     tree = material.node_tree
     diffuse = next(node for node in tree.nodes if node.type == "BSDF_DIFFUSE")
@@ -132,13 +114,13 @@ def test_window_coordinates(grouped):
 
 
 def test_lamp_as_camera():
-    scene = build_scene("GATHER")
+    scene = build_scene()
     scene.camera = next(made for made in scene.objects if made.type == "LIGHT")
     render_expecting("not a camera")
 
 
 def test_vector_pass():
-    build_scene("GATHER")
+    build_scene()
     bpy.context.view_layer.use_pass_vector = True
     render_expecting("Vector pass")
 
@@ -146,7 +128,6 @@ def test_vector_pass():
 def test_device_without_osl(monkeypatch):
     scene = build_scene()
     scene.cycles.device = "GPU"
-    scene.spectral_tiles.driver = "GATHER"
     preferences = type(bpy.context.preferences.addons["cycles"].preferences)
     monkeypatch.setattr(preferences, "get_compute_device_type", lambda self: "CUDA")
     monkeypatch.setattr(preferences, "has_active_device", lambda self: True)
@@ -159,18 +140,16 @@ def test_broken_tile(tmp_path, content):
     path = tmp_path / "tile.npz"
     if content is not None:
         path.write_bytes(content)
-    scene.spectral_tiles.tile = "FILE"
-    scene.spectral_tiles.tile_path = str(path)
-    render_expecting("Cannot use the tile")
+    scene.spectral_tiles.pattern = "FILE"
+    scene.spectral_tiles.pattern_path = str(path)
+    render_expecting("Cannot use the pattern")
 
 
 def test_plan_cannot_be_written(monkeypatch, tmp_path):
     """A full disk or an unwritable folder is one line, as any other refusal."""
     build_scene()
-    write = sample_plan.Plan.write
-    monkeypatch.setattr(
-        sample_plan.Plan, "write", lambda made, path: write(made, str(tmp_path / "missing" / "plan.tif"))
-    )
+    write = plan_image.write
+    monkeypatch.setattr(plan_image, "write", lambda made, path: write(made, str(tmp_path / "missing" / "plan.tif")))
     render_expecting("Cannot write the sample plan")
 
 
@@ -179,11 +158,11 @@ def test_cancelled_while_it_plans(monkeypatch):
     build_scene()
 
     def cancel(*_):
-        raise failure.Cancelled
+        raise refusal.Cancelled
 
     before, files = snapshot(), set(os.listdir(bpy.app.tempdir))
-    monkeypatch.setattr(automatic, "make", cancel)
-    monkeypatch.setattr(gather, "render", lambda *_: pytest.fail("rendered"))
+    monkeypatch.setattr(arranged_plan, "make", cancel)
+    monkeypatch.setattr(session.Session, "call", lambda *_: pytest.fail("rendered"))
     bpy.ops.render.render()
     assert snapshot() == before
     assert set(os.listdir(bpy.app.tempdir)) == files
@@ -192,29 +171,25 @@ def test_cancelled_while_it_plans(monkeypatch):
 def test_a_cancelled_picture_is_left_as_it_is(monkeypatch):
     """In order, but without control variates: not all the samples whose numbers are known were taken."""
     build_scene()
-    render, cleaned, ordered = gather.render, [], []
-    without_noise, scatter = control_variates.without_noise, mixing.scatter
+    call, cleaned, ordered = session.Session.call, [], []
+    without_noise, moved = control_variates.without_noise, picture.Picture.moved
     monkeypatch.setattr(control_variates, "without_noise", lambda *job: cleaned.append(1) or without_noise(*job))
-    monkeypatch.setattr(film, "scatter", lambda *pixels: ordered.append(1) or scatter(*pixels))
+    monkeypatch.setattr(picture.Picture, "moved", lambda *given: ordered.append(1) or moved(*given))
     bpy.ops.render.render()
     assert cleaned and ordered
     cleaned.clear(), ordered.clear()
-    monkeypatch.setattr(gather, "render", lambda engine, *job: render(rendering.CancelledSoon(engine, 0), *job))
+
+    def cancelled_call(own, *arguments):
+        own.engine = rendering.CancelledSoon(own.engine, 0)
+        return call(own, *arguments)
+
+    monkeypatch.setattr(session.Session, "call", cancelled_call)
     bpy.ops.render.render()
     assert ordered and not cleaned
 
 
-def test_temporary_folder_cannot_be_used(monkeypatch):
-    def full(**_):
-        raise OSError(errno.ENOSPC, "No space left on device")
-
-    build_scene()
-    monkeypatch.setattr(gather.tempfile, "TemporaryDirectory", full)
-    render_expecting("Cannot render: .*No space left on device")
-
-
 @pytest.mark.parametrize("persistent", [False, True])
-@pytest.mark.parametrize("where", [(automatic, "make"), (film, "read_passes")], ids=lambda where: where[1])
+@pytest.mark.parametrize("where", [(arranged_plan, "make"), (passes, "read")], ids=lambda where: where[1])
 def test_a_mistake_of_ours_ends_in_one_line(monkeypatch, capfd, tmp_path, where, persistent):
     """... and the next render, of another scene, knows nothing of it."""
 
@@ -233,8 +208,8 @@ def test_a_mistake_of_ours_ends_in_one_line(monkeypatch, capfd, tmp_path, where,
 
 
 def test_no_tile_file_set():
-    build_scene().spectral_tiles.tile = "FILE"
-    render_expecting("No tile file is set")
+    build_scene().spectral_tiles.pattern = "FILE"
+    render_expecting("No pattern file is set")
 
 
 def test_a_tile_of_the_users(tmp_path):
@@ -246,18 +221,10 @@ def test_a_tile_of_the_users(tmp_path):
     scene = build_scene()
     scene.camera.data.dof.aperture_fstop = 0.05
     scene.camera.data.dof.focus_distance = 4.0
-    scene.spectral_tiles.tile, scene.spectral_tiles.tile_path = "FILE", str(path)
+    scene.spectral_tiles.pattern, scene.spectral_tiles.pattern_path = "FILE", str(path)
     seeds = range(40)
     ours, native = (rendering.stack(tmp_path, engine, seeds) for engine in reversed(rendering.ENGINES))
     rendering.assert_same_expectation(ours, native)
-
-
-def test_cycles_panels_show(extension):
-    panels = ("CYCLES_RENDER_PT_light_paths", "CYCLES_MATERIAL_PT_surface", "CYCLES_WORLD_PT_surface",
-              "CYCLES_LIGHT_PT_light", "CYCLES_CAMERA_PT_dof", "RENDER_PT_format")  # fmt: skip
-    for name in panels:
-        assert "SPECTRAL_TILES" in getattr(bpy.types, name).COMPAT_ENGINES
-    assert "SPECTRAL_TILES" not in bpy.types.CYCLES_RENDER_PT_sampling_render.COMPAT_ENGINES
 
 
 @pytest.mark.parametrize("persistent", [False, True])
@@ -286,6 +253,7 @@ def test_changes_between_renders_count(tmp_path, persistent):
 def test_pictures_larger_than_cycles_tiles(tmp_path, size):
     """Cycles writes them to a file first: more than the user's tile, more than the largest one."""
     scene = rendering.empty_scene(*size)
+    scene.spectral_tiles.method = "GATHER"
     scene.cycles.tile_size = 128
     rendering.add_camera((0, -5, 5), (np.radians(45), 0, 0))
     rendering.add_plane(100)
@@ -298,39 +266,21 @@ def test_passes_are_in_memory_once(monkeypatch):
     """And one of them twice, while its pixels are put in order; the plan takes 16 bytes a pixel at most."""
     side = 512
     scene = build_scene()
-    scene.spectral_tiles.control_variates = False
+    scene.spectral_tiles.noise_reduction = False
     scene.render.resolution_x = scene.render.resolution_y = side
     layer = bpy.context.view_layer
     layer.use_pass_normal = layer.use_pass_diffuse_direct = layer.use_pass_emit = True
     bpy.ops.render.render()  # makes the plan
-    read, sizes = mixing.read_passes, []
+    read, sizes = passes.read, []
 
     def read_and_measure(*arguments):
-        passes = read(*arguments)
-        sizes.append(sum(pixels.nbytes for pixels in passes.values()))
-        return passes
+        found = read(*arguments)
+        sizes.append(sum(pixels.nbytes for pixels in found.values()))
+        return found
 
-    monkeypatch.setattr(film, "read_passes", read_and_measure)
+    monkeypatch.setattr(passes, "read", read_and_measure)
     tracemalloc.start()
     bpy.ops.render.render()
     _, peak = tracemalloc.get_traced_memory()
     tracemalloc.stop()
     assert peak - sizes[0] <= (16 + 16) * side**2
-
-
-@pytest.mark.skipif(not os.path.exists("/proc/self/statm"), reason="reads this process's size as Linux tells it")
-def test_many_renders_do_not_leak():
-    scene = build_scene()
-
-    def megabytes():
-        with open("/proc/self/statm") as file:
-            return int(file.read().split()[1]) * os.sysconf("SC_PAGE_SIZE") / 2**20
-
-    def render(count):
-        for _ in range(count):
-            scene.spectral_tiles.seed += 1
-            bpy.ops.render.render()
-        return megabytes()
-
-    before = render(30)
-    assert render(170) < before + 10

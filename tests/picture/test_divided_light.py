@@ -13,12 +13,11 @@ from tests import rendering
 @pytest.mark.parametrize(
     "settings",
     [
-        {"driver": "GATHER"},
-        {"driver": "GATHER", "filter": "GAUSSIAN"},
-        {"driver": "GATHER", "adaptive": "BUDGET"},
-        {"driver": "SUBRENDER"},
-        {"driver": "SUBRENDER", "filter": "GAUSSIAN"},
-        {"driver": "SUBRENDER", "adaptive": "BUDGET"},
+        {"method": "IN_PLACE"},
+        {"method": "GATHER"},
+        {"method": "GATHER", "filter": "GAUSSIAN"},
+        {"distribution": "BY_NOISE"},
+        {"method": "SUB_FRAMES"},
     ],
     ids=lambda settings: " ".join(settings.values()),
 )
@@ -34,7 +33,7 @@ def test_parts_of_the_light_make_up_the_picture(tmp_path, settings):
     for name, value in settings.items():
         setattr(scene.spectral_tiles, name, value)
     bpy.context.view_layer.use_pass_diffuse_direct = True
-    if settings == {"driver": "GATHER"}:
+    if "filter" not in settings:
         bpy.context.view_layer.use_pass_diffuse_color = True
     passes = rendering.render(tmp_path, "SPECTRAL_TILES", samples=4)
     light = passes["ViewLayer.Diffuse Direct"] * passes["ViewLayer.Diffuse Color"]

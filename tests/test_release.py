@@ -1,34 +1,15 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The extension's archive builds, installs into a fresh Blender profile and renders."""
+"""The extension's archive builds, installs into a fresh Blender profile and renders; its versions and notes agree."""
 
-import os
 import shutil
-import subprocess
-import sys
 import zipfile
 
 import pytest
 
 pytest.importorskip("bpy")
 
+from bench import release
 from bench.archive import ROOT, build
-
-INSTALL_AND_RENDER = """
-import sys
-import bpy
-
-archive, picture = sys.argv[1:]
-bpy.ops.extensions.package_install_files(filepath=archive, repo="user_default", enable_on_install=True)
-scene = bpy.context.scene
-scene.render.engine = "SPECTRAL_TILES"
-scene.render.resolution_x = scene.render.resolution_y = 32
-scene.spectral_tiles.samples = 2
-scene.render.filepath = picture
-bpy.ops.render.render(write_still=True)
-
-from bl_ext.user_default.spectral_tiles.addon import command
-assert command.run(["tile", "--help"]) == command.DONE
-"""
 
 
 @pytest.fixture(scope="module")
@@ -42,6 +23,7 @@ def test_archive_holds_only_what_runs(archive):
     assert tops == {"__init__.py", "blender_manifest.toml", "LICENSE", "addon", "generator"}
     assert not [name for name in names if name.endswith((".md", ".jpg", ".png", ".blend", ".pyc"))]
     assert archive.stat().st_size < 10e6
+    assert archive.name == f"spectral_tiles-{release.agreed_version()}.zip"
 
 
 def test_archive_is_the_same_from_another_checkout(archive, tmp_path, monkeypatch):
@@ -54,12 +36,21 @@ def test_archive_is_the_same_from_another_checkout(archive, tmp_path, monkeypatc
     assert build(tmp_path / "dist").read_bytes() == archive.read_bytes()
 
 
-def test_installed_archive_renders(archive, tmp_path):
-    script, picture = tmp_path / "script.py", tmp_path / "picture.png"
-    script.write_text(INSTALL_AND_RENDER)
-    environment = os.environ | {"BLENDER_USER_RESOURCES": str(tmp_path / "profile")}
-    result = subprocess.run(
-        [sys.executable, script, archive, picture], env=environment, cwd=tmp_path, capture_output=True, text=True
-    )
-    assert picture.exists(), result.stdout + result.stderr
-    assert picture.stat().st_size > 500
+def test_installed_archive_renders(archive):
+    release.try_archive(archive)
+
+
+def test_change_log_tells_of_this_version():
+    assert release.changes_of(release.agreed_version()).startswith("- ")
+    with pytest.raises(ValueError, match=r"CHANGELOG.md says nothing of 9\.9\.9"):
+        release.changes_of("9.9.9")
+
+
+def test_versions_that_differ_are_named(tmp_path, monkeypatch):
+    for name in ("blender_manifest.toml", "pyproject.toml"):
+        shutil.copy(ROOT / name, tmp_path)
+    manifest = tmp_path / "blender_manifest.toml"
+    manifest.write_text(manifest.read_text().replace(f'version = "{release.agreed_version()}"', 'version = "9.9.9"'))
+    monkeypatch.setattr(release, "ROOT", tmp_path)
+    with pytest.raises(ValueError, match=r"blender_manifest.toml has 9\.9\.9"):
+        release.agreed_version()

@@ -1,0 +1,77 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""A pattern followed to the letter: each of its cells is rendered by itself, for each sample.
+
+All film pixels of a cell share their random numbers (Mitchell 1991, section 6).  So a cell is a picture of the scene
+at one moment, through one point of the lens, with one sample of the lights, seen on every n-th pixel each way.  It
+needs no motion blur, no depth of field and no special camera: the scene is set to the moment, a pinhole stands at the
+lens point (`cycles.cell_camera`), and Cycles' sample offset chooses the numbers of light and bounces.
+"""
+
+from ..blender.refusal import Refused
+from ..cycles import aperture, exposure, sampling, shared_sequence
+from ..cycles.sampling import Sampling
+from ..farm import layers
+from ..plan import cell_plan
+from ..plan.sub_frame_plan import SubFramePlan
+from .frame import pattern_tile
+from .shots import PINNED, Shots
+
+# Calls of a picture, at most: more would take seconds to plan, and days to render.
+_MOST = 2**20
+
+
+def check_count(scene, layer):
+    """Raise `Refused` if a scene's pattern would take too many calls."""
+    tile = pattern_tile(scene)
+    count = 0 if tile is None else tile.size**2 * Sampling.of_layer(scene, layer).samples
+    if count > _MOST:
+        raise Refused(
+            f"This pattern would take {count:,} sub-renders, for more than {_MOST:,} of which there is no plan; "
+            "lower Max Samples, set Pattern to Automatic, or set Method to Gather"
+        )
+
+
+def render(session, frame):
+    """Render a frame; as `in_place.render`."""
+    tile, use, sampled = aperture.fitted(frame.tile, frame.use.blades), frame.use, frame.sampling
+    dims = tuple(name for name in use.dims if name in tile.dims)
+    plan = cell_plan.following(tile, dims, sampled.samples, sampled.frame_seed % 2**31)
+    groups = plan.groups(range(sampled.first, sampled.first + sampled.count))
+    shots = SubFramePlan(plan.side, plan.count, groups)
+    picture = _Cells(session, frame, shots, use.motion_blur, "Sub-Render", plan).picture()
+    return picture, layers.facts(frame, session.layer_name, plan, "", tile)
+
+
+class _Cells(Shots):
+    """Shots by the plan of a tile: all their random numbers are the same in all pixels."""
+
+    def __init__(self, session, frame, shots, is_blurred, noun, plan):
+        super().__init__(session, frame, shots, is_blurred, noun)
+        self._plan = plan
+        cycles = session.scene.cycles
+        kind = "BOX" if frame.filter else cycles.pixel_filter_type
+        self._offsets = exposure.filter_offsets(plan.film, kind, cycles.filter_width)
+        # As in Cycles, the first sample is in the middle.
+        if not frame.filter:
+            self._offsets[:, :, 0] = 0.0
+        # How far Cycles' own filter moves each point of the sequence, in pixels of a cell's picture.  Further views
+        # draw from another sequence: their pixels are blurred by that, with a standard deviation below .05 pixels.
+        points = shared_sequence.values(("film.x", "film.y"), plan.count, plan.seed)
+        self._drift = exposure.filter_offsets(points, "GAUSSIAN", PINNED)
+        self._drift[0] = 0.0
+
+    def sampling(self, shot):
+        return sampling.exactly(self._plan.count, self._plan.seed) | {
+            "sampling_pattern": "TABULATED_SOBOL",
+            "scrambling_distance": 0.0,
+            "auto_scrambling_distance": False,
+        }
+
+    def place(self, shot):
+        return self._plan.film[shot.index]
+
+    def offset(self, shot):
+        return self._offsets[shot.index] - self.plan.side * self._drift[shot.first]
+
+    def lens(self, shot):
+        return self._plan.lens[shot.index]
