@@ -17,7 +17,6 @@ from ..cycles.scene_use import SceneUse
 from ..picture import control_variates
 from ..picture.picture import Picture
 from ..plan import arranged_plan
-from ..plan.cell_plan import CellPlan
 from ..plan.sample_plan import Plan
 
 
@@ -31,7 +30,7 @@ def drawn(plan, region, samples):
 
     Parameters
     ----------
-    plan : Plan or CellPlan
+    plan : Plan
     region : Region
     samples : int
         Of a pixel's whole sequence.
@@ -40,8 +39,6 @@ def drawn(plan, region, samples):
     -------
     (callable, int)
     """
-    if isinstance(plan, CellPlan):
-        return plan.drawn(region), plan.side
     return arranged_plan.drawn(plan, region, samples), 0
 
 
