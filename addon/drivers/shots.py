@@ -122,10 +122,12 @@ class Shots:
             time = session.time + exposure.shutter_times(np.array(shot.opening), session.scene.render).mean()
         session.go_to(time, lambda written: self._aim(written, shot, first))
         found = session.call()
+        session.put_timeline_back()
         # Cycles writes some data with the very first sample only.
         data = steps.pictured(session, found).of_kind(passes.Kind.FIRST_SAMPLE)
         if with_data and data and shot.first > 0:
-            session.set_sampling(sample_offset=0, sample_subset_length=1)
+            very_first = shot._replace(first=0, count=1)
+            session.go_to(None, lambda written: self._aim(written, very_first, first))
             first_sample = session.call({name for name, _ in data})
             found |= {key: first_sample[key] for key in data}
         return found

@@ -42,7 +42,7 @@ def _check_passes(scene, layer):
     if layer.use_pass_vector and _aims(scene, layer):
         raise Refused(
             f'The Vector pass of view layer "{layer.name}" cannot be rendered by sub-frames of fewer samples than '
-            "moments, or with a pattern or filter; switch it off"
+            "moments, or with a pattern or filter; switch the pass off"
         )
 
 
