@@ -84,6 +84,7 @@ def _flicker(options: argparse.Namespace) -> str:
         not options.fixed_seed,
         options.frames,
         options.reference_samples,
+        options.seed,
         tuple(options.options),
     )
     return flicker.report([scene_file(name) for name in options.scenes], effort, options.json)
@@ -265,6 +266,7 @@ def _parser() -> argparse.ArgumentParser:
     change.add_argument("--samples", type=int, default=16, help="samples a pixel of each frame of ours")
     change.add_argument("--frames", type=int, default=8, help="with a moving camera, and as many at rest")
     change.add_argument("--width", type=int, default=320, metavar="N", help="of the pictures in pixels")
+    change.add_argument("--seed", type=int, default=0, help="of Cycles")
     change.add_argument("--fixed-seed", action="store_true", help="the same seed in all frames")
     change.add_argument("--reference-samples", type=int, default=256, metavar="N", help="of each reference half")
     change.add_argument("--json", type=Path, metavar="FILE", help="write all figures")

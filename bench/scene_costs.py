@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""``python -m bench scenes``: what a sample of scenes costs native Cycles, or their files for ``python -m bench real``."""
+"""``python -m bench scenes``: what a sample costs native Cycles, or the scenes' files for ``bench real``."""
 
 import shutil
 from collections.abc import Sequence

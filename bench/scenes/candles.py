@@ -35,7 +35,9 @@ def build():
     )
     wall = subdivided(add_plane("Wall", (7, 5), stone, Pose((0, 1.6, 1.5), (math.radians(90), 0, 0))), 7, smooth=False)
     wall.rotation_euler.z = 0.05
-    slab = roughened(mottled_material("Slab", ((0.16, 0.14, 0.12), (0.26, 0.23, 0.20)), 5.0, roughness=0.35), 14.0, 0.01)
+    slab = roughened(
+        mottled_material("Slab", ((0.16, 0.14, 0.12), (0.26, 0.23, 0.20)), 5.0, roughness=0.35), 14.0, 0.01
+    )
     add_box("Altar", (5, 2.2, 0.3), slab, Pose((0, 0.3, -0.15)), bevel=0.03)
     _head()
     _candles()

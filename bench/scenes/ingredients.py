@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What production-like scenes share beyond the primitives: rough surfaces, glass, wax, mist, and scattered instances."""
+"""What production-like scenes share beyond the primitives: rough surfaces, glass, wax, mist, scattered instances."""
 
 from collections.abc import Sequence
 
@@ -40,13 +40,13 @@ def displaced(made: bpy.types.Material, scale: float, height: float, texture: st
     return made
 
 
-def _texture(made: bpy.types.Material, scale: float, kind: str) -> bpy.types.NodeSocket:
+def _texture(made: bpy.types.Material, scale: float, kind: str, detail: float = 6.0) -> bpy.types.NodeSocket:
     """Add a texture in the object's coordinates and return its first output."""
     nodes, links = made.node_tree.nodes, made.node_tree.links
     texture = nodes.new(kind)
     texture.inputs["Scale"].default_value = scale
     if "Detail" in texture.inputs:
-        texture.inputs["Detail"].default_value = 6.0
+        texture.inputs["Detail"].default_value = detail
     links.new(nodes.new("ShaderNodeTexCoord").outputs["Object"], texture.inputs["Vector"])
     return texture.outputs[0]
 
@@ -75,7 +75,7 @@ def mist(name: str, density: float, anisotropy: float = 0.5, scale: float = 0.0)
         clouds = nodes.new("ShaderNodeMapRange")
         clouds.inputs["From Min"].default_value, clouds.inputs["From Max"].default_value = 0.4, 0.65
         clouds.inputs["To Min"].default_value, clouds.inputs["To Max"].default_value = 0.2 * density, 2.0 * density
-        links.new(_texture(made, scale, "ShaderNodeTexNoise"), clouds.inputs["Value"])
+        links.new(_texture(made, scale, "ShaderNodeTexNoise", 1.0), clouds.inputs["Value"])
         links.new(clouds.outputs[0], scatter.inputs["Density"])
     links.new(scatter.outputs["Volume"], nodes["Material Output"].inputs["Volume"])
     return made

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A hillside on a summer evening: grass, flowers and rocks by geometry nodes on displaced ground, a camera that glides."""
+"""A hillside on a summer evening: grass, flowers and rocks scattered on displaced ground, a camera that glides."""
 
 import math
 import random

@@ -7,7 +7,16 @@ import random
 import bpy
 from mathutils import Matrix, Vector
 
-from bench.scenes.ingredients import collected, displaced, kneaded, mist, place_collection, roughened, scatter, subdivided
+from bench.scenes.ingredients import (
+    collected,
+    displaced,
+    kneaded,
+    mist,
+    place_collection,
+    roughened,
+    scatter,
+    subdivided,
+)
 from demo_blend.primitives import (
     Pose,
     add_box,
@@ -33,7 +42,9 @@ def build():
     scene.cycles.volume_bounces = 2
     set_world((0.45, 0.58, 0.75), 0.5)
     add_sun("Sun", math.radians(0.7), 9, (2.5, 6.0, 3.0), (1.0, 0.80, 0.55))
-    soil = roughened(mottled_material("Soil", ((0.05, 0.035, 0.02), (0.09, 0.07, 0.03)), 3.0, roughness=0.95), 8.0, 0.08)
+    soil = roughened(
+        mottled_material("Soil", ((0.05, 0.035, 0.02), (0.09, 0.07, 0.03)), 3.0, roughness=0.95), 8.0, 0.08
+    )
     ground = kneaded(subdivided(add_plane("Ground", (30, 34), soil, Pose((0, 8, 0))), 6, smooth=False), 2.0, 0.5)
     scatter(ground, collected("Litter", _leaves()), 14.0, (0.6, 1.6), 1)
     scatter(ground, collected("Ferns", [_fern()]), 0.7, (0.6, 1.5), 4)
@@ -47,9 +58,7 @@ def build():
 
 def _trunks() -> None:
     """Add trunks with truly displaced bark, and branches."""
-    bark = displaced(
-        mottled_material("Bark", ((0.13, 0.09, 0.06), (0.06, 0.05, 0.03)), 7.0, roughness=0.9), 5.0, 0.14
-    )
+    bark = displaced(mottled_material("Bark", ((0.13, 0.09, 0.06), (0.06, 0.05, 0.03)), 7.0, roughness=0.9), 5.0, 0.14)
     moss = mottled_material("Mossy branch", ((0.10, 0.08, 0.05), (0.07, 0.10, 0.02)), 6.0, roughness=0.95)
     trunk = subdivided(add_cylinder("Trunk", 0.27, 11, bark, taper=0.6), 4, smooth=False)
     trees = collected("Tree", [trunk])

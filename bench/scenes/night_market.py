@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """A market at night after rain: fifty bulbs over stalls, crates of fruit as collection instances, wet cobbles."""
 
+import itertools
 import math
 import random
 
@@ -76,11 +77,13 @@ def _bulbs() -> None:
     cord.location.y = -30
     for string in range(STRINGS):
         y = -2.0 + 2.6 * string
-        knots = [(-3.6 + 7.2 * i / (BULBS + 1), y, 2.75 + 0.09 * (i - (BULBS + 1) / 2) ** 2 / 2) for i in range(BULBS + 2)]
+        knots = [
+            (-3.6 + 7.2 * i / (BULBS + 1), y, 2.75 + 0.09 * (i - (BULBS + 1) / 2) ** 2 / 2) for i in range(BULBS + 2)
+        ]
         for i, (x, _, z) in enumerate(knots[1:-1]):
             copy_of(bulb, f"Bulb {string} {i}", Pose((x, y, z - 0.06)))
             add_point_light(f"Lamp {string} {i}", 0.04, 16, (x, y, z - 0.12), (1.0, 0.70, 0.38))
-        for i, (one, other) in enumerate(zip(knots[:-1], knots[1:], strict=True)):
+        for i, (one, other) in enumerate(itertools.pairwise(knots)):
             run, rise = other[0] - one[0], other[2] - one[2]
             middle = Pose((one[0] + run / 2, y, one[2] + rise / 2), (0, math.atan2(run, rise), 0))
             copy_of(cord, f"Cord {string} {i}", middle).scale.z = math.hypot(run, rise)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A shaggy creature looks round on a studio's floor: thirty thousand hairs on a kneaded body, glossy eyes, a soft lens."""
+"""A shaggy creature looks round on a studio's floor: thirty thousand hairs on a kneaded body, glossy eyes."""
 
 import math
 
@@ -40,7 +40,9 @@ def build():
     scene = empty_scene()
     scene.render.use_motion_blur = True
     set_world((0.30, 0.34, 0.40), 0.3)
-    paper = roughened(mottled_material("Paper", ((0.42, 0.30, 0.22), (0.48, 0.36, 0.27)), 1.5, roughness=0.9), 30.0, 0.004)
+    paper = roughened(
+        mottled_material("Paper", ((0.42, 0.30, 0.22), (0.48, 0.36, 0.27)), 1.5, roughness=0.9), 30.0, 0.004
+    )
     add_plane("Floor", (14, 14), paper)
     add_plane("Wall", (14, 8), paper, Pose((0, 3.5, 4), (math.radians(80), 0, 0)))
     creature = place("Creature", None)
@@ -63,7 +65,9 @@ def _body(creature: bpy.types.Object) -> None:
         part.scale = radii
         kneaded(subdivided(part, 1), 0.6, 0.05)
         bald = middle if name == "Head" else None
-        place(f"{name} fur", _hairs(name, radii, round(share * HAIRS), number, fur, bald), Pose(middle, parent=creature))
+        place(
+            f"{name} fur", _hairs(name, radii, round(share * HAIRS), number, fur, bald), Pose(middle, parent=creature)
+        )
 
 
 def _fur_material() -> bpy.types.Material:
@@ -97,8 +101,10 @@ def _hairs(name, radii, count, seed, strand, bald) -> bpy.types.Curves:
     clump = np.sin(7 * out @ chance.normal(size=(3, 3)))
     bend = 0.45 * clump + chance.normal(scale=0.18, size=(count, 1, 3)) - np.array((0.0, 0.0, 0.9))
     phase = chance.uniform(0, 2 * np.pi, (count, 1, 1))
-    curl = 0.035 * along * np.concatenate(
-        [np.cos(9 * along + phase), np.sin(9 * along + phase), np.cos(7 * along + 2 * phase)], axis=-1
+    curl = (
+        0.035
+        * along
+        * np.concatenate([np.cos(9 * along + phase), np.sin(9 * along + phase), np.cos(7 * along + 2 * phase)], axis=-1)
     )
     points = out * np.array(radii) + length * (along * out + along**2 * bend + curl)
     curves = bpy.data.hair_curves.new(f"{name} fur")
