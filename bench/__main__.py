@@ -10,6 +10,7 @@ from bench import (
     demo,
     errors,
     filters,
+    flicker,
     frames,
     paper,
     project,
@@ -17,13 +18,14 @@ from bench import (
     real,
     real_measuring,
     report,
+    scene_costs,
     scene_results,
     timing,
 )
 from bench.jobs import AUTOMATIC, RenderFailed, Settings
 from bench.reference import QUICK_SAMPLES, SAMPLES
 from bench.scene_files import scene_file
-from bench.scenes import QUALITY
+from bench.scenes import PRODUCTION, QUALITY
 from bench.table import Progress
 from demo_blend import PAPER
 
@@ -36,6 +38,8 @@ TIMED, TIMED_SIZE = (DEMO_SCENE, "hazy_room"), (1920, 1080)
 BLURRED, SUB_FRAMES_REFERENCE = tuple(f"demo_blend/{name}.blend" for name in ("swinging_lamp", "blinking_signs")), 256
 #: The demo and two scenes of other kinds.
 FEW = (DEMO_SCENE, "metal", "still_life")
+#: Small scenes and a production's, with and without volumes, hair and many lamps.
+FLICKERING = ("room", "candles", "night_market", "creature")
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -72,6 +76,23 @@ def _quality(options: argparse.Namespace) -> str:
     samples, seeds = ((1,), 2) if options.quick else (options.samples, options.seeds)
     scenes = [scene_file(name) for name in options.scenes]
     return quality.report(scenes, settings, samples, range(seeds), _reference_samples(options), options.native_only)
+
+
+def _scenes(options: argparse.Namespace) -> str:
+    return scene_costs.report([scene_file(name) for name in options.scenes], options.width, options.out)
+
+
+def _flicker(options: argparse.Namespace) -> str:
+    effort = flicker.Effort(
+        options.samples,
+        options.width,
+        not options.fixed_seed,
+        options.frames,
+        options.reference_samples,
+        options.seed,
+        tuple(options.options),
+    )
+    return flicker.report([scene_file(name) for name in options.scenes], effort, options.json)
 
 
 def _shares(options: argparse.Namespace) -> str:
@@ -218,6 +239,12 @@ def _parser() -> argparse.ArgumentParser:
     over_scenes.add_argument("--native-only", action="store_true", help=f"only {AUTOMATIC} against Tabulated Sobol")
     over_scenes.set_defaults(run=_quality)
 
+    built = commands.add_parser("scenes", help="microseconds a sample of scenes, and their files for `real`")
+    built.add_argument("--scenes", nargs="+", default=PRODUCTION, metavar="SCENE", help="names or .blend files")
+    built.add_argument("--width", type=int, default=240, metavar="N", help="of the timed pictures in pixels")
+    built.add_argument("--out", type=Path, metavar="DIR", help="write the .blend files there instead")
+    built.set_defaults(run=_scenes)
+
     sources = commands.add_parser("shares", help="which random numbers the noise of scenes comes from")
     sources.add_argument("--scenes", nargs="+", default=QUALITY, metavar="SCENE", help="names or .blend files")
     sources.add_argument("--size", type=int, default=256, metavar="N", help="width and height in pixels")
@@ -254,6 +281,20 @@ def _parser() -> argparse.ArgumentParser:
     animation.add_argument("--samples", type=int, default=1, help="samples a pixel of each frame")
     animation.add_argument("--deviation", type=float, default=0.0, help="of a Gaussian in pixels, 0 for Cycles' box")
     animation.set_defaults(run=_frames)
+
+    change = commands.add_parser("flicker", help="how errors change from frame to frame, denoised, in the same time")
+    change.add_argument("--scenes", nargs="+", default=FLICKERING, metavar="SCENE", help="names or .blend files")
+    change.add_argument("--samples", type=int, default=16, help="samples a pixel of each frame of ours")
+    change.add_argument("--frames", type=int, default=8, help="with a moving camera, and as many at rest")
+    change.add_argument("--width", type=int, default=320, metavar="N", help="of the pictures in pixels")
+    change.add_argument("--seed", type=int, default=0, help="of Cycles")
+    change.add_argument("--fixed-seed", action="store_true", help="the same seed in all frames")
+    change.add_argument("--reference-samples", type=int, default=256, metavar="N", help="of each reference half")
+    change.add_argument("--json", type=Path, metavar="FILE", help="write all figures")
+    change.add_argument(
+        "--set", dest="options", nargs="+", type=_option, default=(), metavar="NAME=VALUE", help="settings of ours"
+    )
+    change.set_defaults(run=_flicker)
 
     pictures = commands.add_parser("demo", help="one scene by Cycles and by ours in the same time, as pictures")
     pictures.add_argument("--out", type=Path, required=True, metavar="DIR", help="folder of the pictures")

@@ -21,6 +21,9 @@ from bench.scene_files import ROOT, SceneFile
 AUTOMATIC, TABULATED, TILES = "AUTOMATIC", "TABULATED_SOBOL", "SPECTRAL_TILES"
 NATIVE = (AUTOMATIC, TABULATED)
 
+#: The number of an image of a film is that of its frame, and Cycles' seed times this.
+FILM_SEED = 1000
+
 #: What the engine's pictures depend on beside the scene: its code, its tiles and the generator it reads them with.
 _ENGINE_FOLDERS = ("addon", "generator")
 
@@ -54,6 +57,13 @@ class Settings:
         Standard deviation in pixels of a Gaussian pixel filter, 0 for a box of one pixel.
     raw : bool
         Whether the noise stays in that control variates would take out.
+    film : str
+        ``"moving"`` or ``"at_rest"``: what counts as seeds elsewhere are the frames (see `FILM_SEED`) of the scene's
+        own animation, with a camera that moves in any case, or of the scene brought to rest. Empty for single pictures.
+    fixed_seed : bool
+        Whether all frames of a film have the same seed.
+    options : tuple of (str, str)
+        Settings of ours by their names in ``scene.spectral_tiles``, beside those that are the bench's.
     """
 
     engine: str = AUTOMATIC
@@ -68,6 +78,9 @@ class Settings:
     still: bool = False
     gaussian: float = 0.0
     raw: bool = False
+    film: str = ""
+    fixed_seed: bool = False
+    options: tuple[tuple[str, str], ...] = ()
 
 
 class RenderFailed(RuntimeError):
@@ -110,6 +123,12 @@ def picture(scene: SceneFile, settings: Settings, seed: int) -> Path:
     """Return the .png of an image, rendering it if it is not cached."""
     images(scene, settings, [seed])
     return _image_path(scene, settings, seed).with_suffix(".png")
+
+
+def processor_seconds(scene: SceneFile, settings: Settings, seeds: Sequence[int]) -> list[float]:
+    """Return what rendering each image of a film took of the processor's time, on all cores together."""
+    images(scene, settings, seeds)
+    return [float(_image_path(scene, settings, seed).with_suffix(".seconds").read_text()) for seed in seeds]
 
 
 def run_worker(scene: SceneFile, tasks: Sequence[tuple[Settings, dict]]) -> dict:
@@ -164,7 +183,9 @@ def result_path(scene: SceneFile, settings: Settings, name: str) -> Path:
         parts.append(f"from_{settings.first_sample}")
     if settings.gaussian:
         parts.append(f"gaussian_{settings.gaussian}")
-    parts += [name for name in ("adaptive", "denoise", "raw") if getattr(settings, name)]
+    parts += [name for name in ("adaptive", "denoise", "raw", "fixed_seed") if getattr(settings, name)]
+    parts += [settings.film] if settings.film else []
+    parts += [f"{name}_{value}" for name, value in settings.options]
     return CACHE / "images" / blender_version() / f"{scene.name}-{scene.key}" / "-".join((*parts, name))
 
 

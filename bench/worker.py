@@ -5,7 +5,7 @@ The order names a .blend file (``blend``), a scratch ``folder``, where to write 
 of which the file is opened afresh. A task has `bench.jobs.Settings` (``settings``) and one of these:
 
 - ``images``: pairs of seed and path; each image is saved there as a float32 .npy of linear RGB, rows from the bottom,
-  and beside it as .png through the scene's view.
+  and beside it as .png through the scene's view, and of a film the render's processor seconds as text in .seconds.
 - ``pictures``: pairs of seed and path without suffix; saved as .exr, as .png through the scene's view, and as .npy.
 - ``repeats``: render that many times without saving; the result's ``seconds`` has a list for each such task, of pairs
   of wall and processor seconds.
@@ -23,7 +23,7 @@ from pathlib import Path
 import bpy
 import numpy as np
 
-from bench.jobs import TILES
+from bench.jobs import FILM_SEED, TILES
 
 
 def main(order: dict) -> None:
@@ -44,9 +44,13 @@ def main(order: dict) -> None:
 
 def _do(task: dict, scene: bpy.types.Scene, folder: Path, result: dict) -> None:
     """Do one task with the open scene."""
+    film = task["settings"]["film"] != ""
     for seed, path in task.get("images", ()):
-        set_seed(scene, seed)
+        set_seed(scene, seed, film)
+        start = time.process_time()
         exr = render_to(scene, folder / "image.exr")
+        if film:
+            Path(path).with_suffix(".seconds").write_text(f"{time.process_time() - start}")
         _save_png(scene, Path(path).with_suffix(".png"))
         _save_pixels(exr, Path(path))
     for seed, path in task.get("pictures", ()):
@@ -83,9 +87,11 @@ def prepare(scene: bpy.types.Scene, settings: dict) -> None:
     cycles.use_sample_subset = settings["first_sample"] > 0
     cycles.sample_offset = settings["first_sample"]
     cycles.sample_subset_length = settings["samples"]
-    cycles.use_animated_seed = settings["still"]
-    if settings["still"]:
+    cycles.use_animated_seed = settings["still"] or (settings["film"] != "" and not settings["fixed_seed"])
+    if settings["still"] or settings["film"] == "at_rest":
         bring_to_rest(scene)
+    if settings["film"] == "moving":
+        move_camera(scene)
     if settings["bounces"] is not None:
         cycles.max_bounces = settings["bounces"]
     _use_engine(scene, settings["engine"], settings["tile"], settings["method"])
@@ -96,6 +102,7 @@ def prepare(scene: bpy.types.Scene, settings: dict) -> None:
         ours.filter = "GAUSSIAN" if settings["gaussian"] else "AS_CYCLES"
         if settings["gaussian"]:
             ours.filter_width = 6.0 * settings["gaussian"]
+        set_options(ours, settings["options"])
     scene.cycles.samples = settings["first_sample"] + settings["samples"]
 
 
@@ -124,9 +131,49 @@ def bring_to_rest(scene: bpy.types.Scene) -> None:
             thing.data.animation_data_clear()
 
 
-def set_seed(scene: bpy.types.Scene, seed: int) -> None:
-    """Seed the render; with an animated seed it goes by the frame."""
-    if scene.cycles.use_animated_seed:
+def move_camera(scene: bpy.types.Scene) -> None:
+    """Let a camera that stands travel to its right, a two hundredth a frame of its distance to what it shows."""
+    camera = scene.camera
+    if camera.animation_data and camera.animation_data.action:
+        return
+    sight = camera.matrix_world.to_3x3()
+    hit, point, *_ = scene.ray_cast(
+        bpy.context.evaluated_depsgraph_get(), camera.matrix_world.translation, -sight.col[2]
+    )
+    distance = (point - camera.matrix_world.translation).length if hit else 5.0
+    start = camera.location.copy()
+    for frame in (1, 201):
+        camera.location = start + sight.col[0] * distance * (frame - scene.frame_current) / 200
+        camera.keyframe_insert("location", frame=frame)
+    for curve in camera.animation_data.action.layers[0].strips[0].channelbags[0].fcurves:
+        for key in curve.keyframe_points:
+            key.interpolation = "LINEAR"
+
+
+def set_options(ours, options: list) -> None:
+    """Change settings of Spectral Tiles, given as text.
+
+    Parameters
+    ----------
+    ours : SpectralTilesSettings
+        ``scene.spectral_tiles``.
+    options : list of (str, str)
+        Name and value.
+    """
+    for name, value in options:
+        kind = type(getattr(ours, name))
+        setattr(ours, name, value == "True" if kind is bool else kind(value))
+
+
+def set_seed(scene: bpy.types.Scene, seed: int, film: bool = False) -> None:
+    """Seed the render; with an animated seed it goes by the frame.
+
+    Of a film it is the number of the frame, and Cycles' seed times `bench.jobs.FILM_SEED` on top.
+    """
+    if film:
+        scene.cycles.seed, frame = divmod(seed, FILM_SEED)
+        scene.frame_set(frame)
+    elif scene.cycles.use_animated_seed:
         scene.frame_set(seed)
     else:
         scene.cycles.seed = seed

@@ -32,13 +32,13 @@ def render(session, frame):
     steps.add_guides(session, frame)
     engine.add_pass(HALF, 4, "RGBA", layer=session.layer_name)
     goal = goal_of(sampled, 0.0)
-    growing = grown(session, goal, plan.seed, lambda: time.perf_counter() - begun)
+    growing = grown(session, goal, lambda: time.perf_counter() - begun)
     return growing.sums.picture(), layers.facts(frame, session.layer_name, plan, "")
 
 
-def grown(session, goal, seed, elapsed):
+def grown(session, goal, elapsed):
     """The picture of all rounds, as `Growing`."""
-    session.set_sampling(**sampling.exactly(goal.most, seed))
+    session.set_sampling(**sampling.exactly(goal.most))
     growing = Growing(session, elapsed, goal.seconds)
     if not growing.shoot_all(goal.first):
         return growing

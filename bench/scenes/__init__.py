@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The bench scenes: each a module with ``build()``, of a kind artists make, small and made of code alone.
+"""The bench scenes: each a module with ``build()``, of a kind artists make, made of code alone.
 
 None is tuned to a sampler: they vary in what moves, how many and what kind of emitters there are, whether the lens is
 open and how much light is indirect.
@@ -20,9 +20,18 @@ BUILDERS = {
     "still_life": "bench.scenes.still_life",
     "hazy_room": "bench.scenes.hazy_room",
     "heavy": "bench.scenes.heavy",
+    "meadow": "bench.scenes.meadow",
+    "glassware": "bench.scenes.glassware",
+    "candles": "bench.scenes.candles",
+    "misty_wood": "bench.scenes.misty_wood",
+    "night_market": "bench.scenes.night_market",
+    "creature": "bench.scenes.shaggy_creature",
     **{name: f"demo_blend.{name}" for name in DEMOS if name != "spinning_wheels"},
 }
 
+#: Scenes as a production has them: heavy in geometry and shading, so that a sample costs 5 to 50 microseconds.
+PRODUCTION = ("meadow", "glassware", "candles", "misty_wood", "night_market", "creature")
+
 #: Scenes that are there for their wall time only, and those of the quality table.
 COSTLY = ("hazy_room", "heavy")
-QUALITY = tuple(name for name in BUILDERS if name not in (*COSTLY, *DEMOS))
+QUALITY = tuple(name for name in BUILDERS if name not in (*COSTLY, *PRODUCTION, *DEMOS))

@@ -5,6 +5,7 @@ import bpy
 import numpy as np
 import pytest
 
+from addon.cycles import random_numbers
 from tests import rendering
 from tests.drivers import test_expectation as scenes
 
@@ -67,3 +68,15 @@ def test_step_placeholders_and_no_overwrite(scene, tmp_path):
     assert sorted(path.name for path in tmp_path.iterdir()) == ["frame_0005.exr", "frame_0007.exr"]
     assert (tmp_path / "frame_0007.exr").read_bytes() == b"kept"
     assert rendering.read_exr(tmp_path / "frame_0005.exr")
+
+
+def test_a_frame_whose_seed_no_setting_can_hold(scene, tmp_path):
+    """Half of all animated seeds are beyond the largest that one can enter."""
+    scene.spectral_tiles.method, scene.spectral_tiles.distribution = "IN_PLACE", "BY_NOISE"
+    scene.cycles.use_animated_seed = True
+    scene.cycles.samples = 16
+    seed = scene.cycles.seed
+    scene.frame_set(next(frame for frame in range(1, 99) if random_numbers.animated_seed(seed, frame) >= 2**31))
+    bpy.ops.render.render(write_still=True)
+    assert len(rendered(tmp_path)) == 1
+    assert (scene.cycles.seed, scene.cycles.use_animated_seed) == (seed, True)
