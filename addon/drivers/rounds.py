@@ -43,7 +43,7 @@ def grown(session, goal, elapsed):
     if not growing.shoot_all(goal.first):
         return growing
     base = goal.base(growing.costs.sample)
-    if base > goal.first and not growing.shoot(rounds.tiles(growing.size, goal.first, base - goal.first)):
+    if not growing.shoot(rounds.tiles(goal, base, growing.size, growing.costs)):
         return growing
     for shots in rounds.rounds(goal, base, growing, growing.costs, elapsed):
         if not growing.shoot(shots):
@@ -109,7 +109,9 @@ class Growing:
             self.costs.call, begun = min(self.costs.call, now - begun), now
 
     def shoot(self, shots):
-        """Render shots; return whether more may follow."""
+        """Render shots, if there are any; return whether more may follow."""
+        if not shots:
+            return self._may_go_on
         asked = [Shot(Rectangle(*rectangle), first, count) for rectangle, first, count in shots]
         begun = self._elapsed()
         for shot, found in zip(asked, self.session.call_rectangles(asked), strict=True):

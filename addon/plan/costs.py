@@ -5,7 +5,7 @@ import numpy as np
 
 # A measurement changes what is known of a rectangle by this factor at most: a machine that does other things for a
 # moment is not believed at once.
-_SURPRISE = 2.0
+_SURPRISE = 4.0
 
 
 class Costs:

@@ -30,6 +30,10 @@ _MOST_TIMES = 16
 _SIDE = 8
 _ACROSS = 160
 
+# Share of the time that may go into calls which tell where samples cost how much, and how many these are at most.
+_SURVEY = 0.03
+_MOST_TILES = 256
+
 # Rates must leave less than this share of the error of the same samples everywhere, or all pixels go on together: their
 # samples are then stratified together, too.
 _WORTH = 0.9
@@ -125,24 +129,32 @@ def _power_of_two_to(count):
     return 1 << max(count.bit_length() - 1, 0)
 
 
-def tiles(size, first, count):
-    """Samples of all pixels, as shots whose times tell where samples cost how much.
+def tiles(goal, base, size, costs):
+    """The samples of all pixels up to the base, in tiles whose times tell where samples cost how much.
 
     Parameters
     ----------
+    goal : Goal
+    base : int
+        Of `Goal.base`.
     size : (int, int)
         Width and height of the picture.
-    first, count : int
-        As of `Shot`.
+    costs : Costs
+        What the first call has told.
 
     Returns
     -------
     list of Shot
+        None if the first call has rendered them all.
     """
-    side = _power_of_two_from(int(np.sqrt(size[0] * size[1] / 16)))
-    squares = Squares(size, side)
+    if base <= goal.first:
+        return []
+    expected = goal.seconds or costs.sample * (goal.samples if goal.is_mean else _FIRST_PART * base)
+    number = np.clip(_SURVEY * expected / costs.call, 1, _MOST_TILES)
+    squares = Squares(size, _power_of_two_from(int(np.sqrt(size[0] * size[1] / number))))
     cells = np.ndindex(squares.areas.shape)
-    return [Shot(squares.rectangles(_only(squares.areas.shape, cell))[0], first, count) for cell in cells]
+    rectangles = (squares.rectangles(_only(squares.areas.shape, cell))[0] for cell in cells)
+    return [Shot(rectangle, goal.first, base - goal.first) for rectangle in rectangles]
 
 
 def _only(shape, cell):
@@ -190,12 +202,11 @@ def _in_time(goal, base, seen, costs, elapsed):
         # What samples cost is known better after each round, so the rest is planned anew; noise is not judged again.
         prices = squares.sums(costs.pixels)
         most = np.where(levels == level, doublings, levels)
-        wanted = _planned(squares, wish, prices, levels, base, most, end - elapsed(), costs.call)
-        found = squares.rectangles(wanted > level)
-        if not found:
+        going = _planned(squares, wish, prices, levels, base, most, end - elapsed(), costs.call) > level
+        if not going.any():
             return
-        yield [Shot(rectangle, base << level, base << level) for rectangle in found]
-        levels = np.where(wanted > level, level + 1, levels)
+        yield [Shot(rectangle, base << level, base << level) for rectangle in squares.rectangles(going)]
+        levels[going] += 1
 
 
 def _evenly(goal, count, size, costs, elapsed):

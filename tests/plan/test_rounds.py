@@ -79,8 +79,7 @@ def rendered(goal, seed, **given):
 def finished(goal, picture):
     picture.shoot([Shot((0, 0, *SIZE), 0, goal.first)])
     base = goal.base(picture.costs.sample)
-    if base > goal.first:
-        picture.shoot(rounds.tiles(SIZE, goal.first, base - goal.first))
+    picture.shoot(rounds.tiles(goal, base, SIZE, picture.costs))
     for shots in rounds.rounds(goal, base, picture, picture.costs, lambda: picture.seconds):
         picture.shoot(shots)
     return picture
