@@ -129,6 +129,10 @@ def save_result(name):
     settings.file_format, settings.color_depth = before
 
 
+def settings():
+    return bpy.context.scene.spectral_tiles
+
+
 def module(name):
     """A module of the installed extension."""
     return importlib.import_module(f"bl_ext.user_default.spectral_tiles.addon.{name}")
