@@ -89,7 +89,7 @@ def full_screen(name, seconds=1.0):
 
 def beside(name):
     """Take a picture of the properties beside the 3D view, as wide as people have them."""
-    for _ in range(2):
+    for _ in range(4):  # panels move to their new heights
         redraw()
         yield from idle(0.5)
     shoot(name)

@@ -51,6 +51,7 @@ def build_scene():
     """Blender's first scene, with a turning cube, an open lens and a bright world, small."""
     scene = bpy.context.scene
     scene.render.engine = "CYCLES"
+    scene.spectral_tiles.enabled = True
     scene.render.resolution_x, scene.render.resolution_y = 80, 60
     scene.render.filepath = os.path.join(FOLDER, "frame_")
     scene.render.use_motion_blur = True
