@@ -30,12 +30,13 @@ class SPECTRAL_TILES_PT_sampling(CyclesButtonsPanel, bpy.types.Panel):
         column = self.layout.column()
         column.active = scene.spectral_tiles.enabled
         how = forecast.chosen(scene, layer)
-        if text := forecast.sentence(scene, layer):
-            _say(column, context, text, "NONE")
-        for message in dict.fromkeys(how.refusals if how else ()):
-            _say(column, context, message, "ERROR")
-        for message in dict.fromkeys(how.differences if how else ()):
-            _say(column, context, message, "INFO")
+        if how and how.refusals:
+            for message in dict.fromkeys(how.refusals):
+                _say(column, context, message, "ERROR")
+        elif how:
+            _say(column, context, forecast.sentence(scene, layer), "NONE")
+            for message in dict.fromkeys(how.differences):
+                _say(column, context, message, "INFO")
         self.layout.operator("spectral_tiles.compare")
 
 

@@ -89,7 +89,7 @@ def full_screen(name, seconds=1.0):
 
 def beside(name):
     """Take a picture of the properties beside the 3D view, as wide as people have them."""
-    for _ in range(2):
+    for _ in range(4):  # panels move to their new heights
         redraw()
         yield from idle(0.5)
     shoot(name)
@@ -127,6 +127,10 @@ def save_result(name):
     settings.file_format, settings.color_depth = "OPEN_EXR", "32"
     bpy.data.images["Render Result"].save_render(os.path.join(FOLDER, f"{name}.exr"))
     settings.file_format, settings.color_depth = before
+
+
+def settings():
+    return bpy.context.scene.spectral_tiles
 
 
 def module(name):

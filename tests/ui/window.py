@@ -55,7 +55,7 @@ def run_session(root, archive, results):
     """
     with home(root) as folder:
         shutil.copy(archive, folder / "spectral_tiles.zip")
-        for name in ("artist.py", "session.py"):
+        for name in ("artist.py", "render_steps.py", "session.py"):
             shutil.copy(HERE / name, folder)
         shutil.copy(DEMO, folder)
         display = ["xvfb-run", "-a", "-s", "-screen 0 1280x900x24"]
