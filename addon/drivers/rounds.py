@@ -32,14 +32,16 @@ def render(session, frame):
     steps.add_guides(session, frame)
     engine.add_pass(HALF, 4, "RGBA", layer=session.layer_name)
     goal = goal_of(sampled, 0.0)
-    growing = grown(session, goal, lambda: time.perf_counter() - begun)
+    # What is to be denoised comes under another name, and Combined stays empty until then.
+    light = passes.NOISY["Combined"] if frame.denoise else "Combined"
+    growing = grown(session, goal, lambda: time.perf_counter() - begun, light)
     return growing.sums.picture(), layers.facts(frame, session.layer_name, plan, "")
 
 
-def grown(session, goal, elapsed):
+def grown(session, goal, elapsed, light="Combined"):
     """The picture of all rounds, as `Growing`."""
     session.set_sampling(**sampling.exactly(goal.most))
-    growing = Growing(session, elapsed, goal.seconds)
+    growing = Growing(session, elapsed, goal.seconds, light)
     if not growing.shoot_all(goal.first):
         return growing
     base = goal.base(growing.costs.sample)
@@ -67,10 +69,12 @@ class Growing:
         Seconds since the render began.
     end : float or None
         When the picture must be finished, in these seconds.
+    light : str
+        Name of the pass whose noise is judged.
     """
 
-    def __init__(self, session, elapsed, end):
-        self.session, self._elapsed, self._end = session, elapsed, end
+    def __init__(self, session, elapsed, end, light):
+        self.session, self._elapsed, self._end, self._light = session, elapsed, end, light
         self.size = session.region.size
         self.costs = Costs(self.size)
         self.sums = None
@@ -79,7 +83,7 @@ class Growing:
     @property
     def mean(self):
         """Mean of all samples so far, (height, width, 3)."""
-        return self.sums.mean("Combined")[..., :3]
+        return self.sums.mean(self._light)[..., :3]
 
     @property
     def half(self):
