@@ -32,8 +32,9 @@ def resident():
 
 def left():
     """Everything else that a render could leave."""
-    blocks = {name: len(getattr(bpy.data, name)) for name in dir(bpy.data) if hasattr(getattr(bpy.data, name), "keys")}
-    handlers = {name: len(value) for name, value in vars(bpy.app.handlers).items() if isinstance(value, list)}
+    found = {name: getattr(bpy.data, name) for name in dir(bpy.data)}
+    blocks = {name: len(value) for name, value in found.items() if isinstance(value, bpy.types.bpy_prop_collection)}
+    handlers = [len(value) for value in bpy.app.handlers if isinstance(value, list)]
     return blocks, handlers, threading.active_count(), len(os.listdir("/proc/self/fd")), os.listdir(bpy.app.tempdir)
 
 

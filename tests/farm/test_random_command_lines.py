@@ -57,14 +57,14 @@ MERGED = (
 
 
 def random_line(chance):
-    command = chance.choice(("render", "render", "render", "compare", "merge", "merge", "tile", "x", ""))
+    command = chance.choice(("render", "render", "render", "compare", "merge", "merge", "x", ""))
     line = [command] if command or chance.random() < 0.5 else []
     if command == "merge":
         line.append(chance.choice(MERGED))
         line += chance.choices(
             ("frame_layer1of2.exr", "frame_layer2of2.exr", "old.png", "none.exr", "."), k=chance.choice((0, 0, 1, 2, 3))
         )
-    elif command != "tile":
+    else:
         line.append(
             chance.choice(("scene.blend",) * 8 + ("none.blend", "old.png", ".", "", "empty.blend", "notes.blend"))
         )
