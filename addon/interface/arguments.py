@@ -7,7 +7,7 @@ import re
 
 import bpy
 
-from ..plan.patterns import atomic_file
+from ..plan.patterns import atomic_file, messages
 from . import picture_files
 
 WRONG_USE = 2
@@ -17,7 +17,8 @@ class _Parser(argparse.ArgumentParser):
     """A parser that says what is wrong in one line."""
 
     def error(self, message):
-        self.exit(WRONG_USE, f"spectral_tiles: {message}; see {self.prog} --help\n")
+        line, hint = f"spectral_tiles: {messages.one_line(message)}", f"; see {self.prog} --help"
+        self.exit(WRONG_USE, f"{line}{hint if len(line + hint) <= 200 else ''}\n")
 
 
 def parser(program, commands):

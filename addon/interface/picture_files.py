@@ -157,6 +157,8 @@ def render_into(scene, path):
     scene.render.filepath = given
     if scene.render.filepath != given:
         raise Refused(f"Blender takes no path of {len(given.encode())} bytes such as {path}")
+    if scene.render.image_settings.file_format == "WEBP":
+        _check_room(os.path.dirname(path), 4 * Region.of_render(scene.render).pixels)
     try:
         bpy.ops.render.render(write_still=True, scene=scene.name)
     except RuntimeError as error:
@@ -170,6 +172,20 @@ def render_into(scene, path):
         check(os.path.join(folder, file), scene.render)
         if file.lower().endswith(".exr"):
             seal.seal(os.path.join(folder, file))
+
+
+def _check_room(folder, size):
+    """Raise OSError if there is no room for so many bytes: Blender's writer of WebP never ends on a full disk."""
+    if hasattr(os, "posix_fallocate"):
+        path = os.path.join(folder, "room")
+        try:
+            with open(path, "wb") as file:
+                os.posix_fallocate(file.fileno(), 0, size)
+        except OSError as error:
+            raise OSError(f"There is no room for a picture: {error.strerror}") from error
+        finally:
+            with contextlib.suppress(OSError):
+                os.unlink(path)
 
 
 def put(unfinished, folder):
