@@ -32,11 +32,14 @@ class Shot(NamedTuple):
     ----------
     rectangle : Rectangle
         Of the region.
+    length : int
+        Of the sequence.
     first, count : int
         First sample of the sequence, and how many.
     """
 
     rectangle: Rectangle
+    length: int
     first: int
     count: int
 
@@ -156,7 +159,7 @@ class Session:
         """
         width, height = self.region.size
         # Until here the border is that of a single pixel.
-        self._shoot(Shot(_PIXEL, 0, 1), shots[0].rectangle)
+        self._shoot(Shot(_PIXEL, shots[0].length, 0, 1), shots[0].rectangle)
         for shot, following in zip(shots, [*(shot.rectangle for shot in shots[1:]), _PIXEL], strict=True):
             self._shoot(shot, following)
             found = passes.read(self.engine, self.layer_name, names)
@@ -171,7 +174,12 @@ class Session:
 
     def _shoot(self, shot, following):
         self._aim(following)
-        self.set_sampling(use_sample_subset=True, sample_offset=shot.first, sample_subset_length=shot.count)
+        self.set_sampling(
+            samples=shot.length,
+            use_sample_subset=True,
+            sample_offset=shot.first,
+            sample_subset_length=shot.count,
+        )
         self._render()
 
     def _aim(self, rectangle):

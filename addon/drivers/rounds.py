@@ -5,13 +5,14 @@ Every call is Cycles' own render of a border and a sample subset, so this works 
 and each pixel's samples are those that it would have natively.
 """
 
+import itertools
 import time
 
 from ..blender.region import Rectangle
 from ..cycles import passes, sampling
 from ..cycles.session import Shot
 from ..farm import layers
-from ..picture.accumulation import HALF, Accumulation
+from ..picture.accumulation import Accumulation
 from ..plan import rounds
 from ..plan.costs import Costs
 from ..plan.sample_plan import Plan
@@ -30,7 +31,6 @@ def render(session, frame):
     plan = Plan.in_place(sampled.frame_seed, frame.region)
     passes.add_divisors(engine, session.layer)
     steps.add_guides(session, frame)
-    engine.add_pass(HALF, 4, "RGBA", layer=session.layer_name)
     goal = goal_of(sampled, 0.0)
     # What is to be denoised comes under another name, and Combined stays empty until then.
     light = passes.NOISY["Combined"] if frame.denoise else "Combined"
@@ -40,16 +40,17 @@ def render(session, frame):
 
 def grown(session, goal, elapsed, light="Combined"):
     """The picture of all rounds, as `Growing`."""
-    session.set_sampling(**sampling.exactly(goal.most))
-    growing = Growing(session, elapsed, goal.seconds, light)
-    if not growing.shoot_all(goal.first):
-        return growing
-    base = goal.base(growing.costs.sample)
-    if not growing.shoot(rounds.tiles(goal, base, growing.size, growing.costs)):
-        return growing
-    for shots in rounds.rounds(goal, base, growing, growing.costs, elapsed):
-        if not growing.shoot(shots):
-            break
+    session.set_sampling(**sampling.exactly(goal.length))
+    growing = Growing(session, goal, elapsed, light)
+    if growing.shoot_all(goal.first):
+        base = goal.base(growing.costs.sample)
+        further = itertools.chain(
+            rounds.opening(goal, base, growing.size, growing.costs),
+            rounds.rounds(goal, base, growing, growing.costs, elapsed),
+        )
+        for shots in further:
+            if not growing.shoot(shots):
+                break
     return growing
 
 
@@ -65,16 +66,15 @@ class Growing:
     Parameters
     ----------
     session : Session
+    goal : rounds.Goal
     elapsed : callable
         Seconds since the render began.
-    end : float or None
-        When the picture must be finished, in these seconds.
     light : str
         Name of the pass whose noise is judged.
     """
 
-    def __init__(self, session, elapsed, end, light):
-        self.session, self._elapsed, self._end, self._light = session, elapsed, end, light
+    def __init__(self, session, goal, elapsed, light):
+        self.session, self._goal, self._elapsed, self._light = session, goal, elapsed, light
         self.size = session.region.size
         self.costs = Costs(self.size)
         self.sums = None
@@ -83,12 +83,12 @@ class Growing:
     @property
     def mean(self):
         """Mean of all samples so far, (height, width, 3)."""
-        return self.sums.mean(self._light)[..., :3]
+        return self.sums.mean[..., :3]
 
     @property
     def half(self):
-        """Mean of one half of them."""
-        return self.sums.mean(HALF)[..., :3]
+        """Mean of the first half of them."""
+        return self.sums.half[..., :3]
 
     def shoot_all(self, count):
         """Render the first samples of all pixels, before all else; return whether more may follow."""
@@ -97,7 +97,8 @@ class Growing:
         found = self.session.call(then_rectangles=True)
         taken = self._elapsed() - begun
         width, height = self.size
-        self.sums = Accumulation(self.size, passes.kinds(self.session.original_layer, {name for name, _ in found}))
+        kinds = passes.kinds(self.session.original_layer, {name for name, _ in found})
+        self.sums = Accumulation(self.size, kinds, self._light)
         everything = Rectangle(0, 0, width, height).part
         self.sums.add(everything, {key: pixels.reshape(height, width, -1) for key, pixels in found.items()}, 0, count)
         self.calls += 1
@@ -108,28 +109,34 @@ class Growing:
     def _measure_call(self):
         """See what a call takes whose samples take nothing."""
         begun = self._elapsed()
-        for _ in self.session.call_rectangles([Shot(Rectangle(0, 0, 1, 1), 0, 1)] * 3):
+        for _ in self.session.call_rectangles([Shot(Rectangle(0, 0, 1, 1), self._goal.length, 0, 1)] * 3):
             now = self._elapsed()
             self.costs.call, begun = min(self.costs.call, now - begun), now
 
     def shoot(self, shots):
-        """Render shots, if there are any; return whether more may follow."""
-        if not shots:
-            return self._may_go_on
-        asked = [Shot(Rectangle(*rectangle), first, count) for rectangle, first, count in shots]
+        """Render shots; return whether more may follow."""
         begun = self._elapsed()
-        for shot, found in zip(asked, self.session.call_rectangles(asked), strict=True):
+        for shot, found in zip(shots, self.session.call_rectangles(list(map(self._asked, shots))), strict=True):
             if self.session.engine.test_break():
                 return False
-            self.sums.add(shot.rectangle.part, found, shot.first, shot.count)
+            part = Rectangle(*shot.rectangle).part
+            self.sums.add(part, found, shot.first, shot.count)
             now = self._elapsed()
-            self.costs.learn(shot.rectangle.part, shot.count, now - begun)
+            self.costs.learn(part, shot.count, now - begun)
             self.calls, begun = self.calls + 1, now
             if not self._may_go_on:
                 return False
         return True
 
+    def _asked(self, shot):
+        """What Cycles is asked for: samples of the native sequence, then those of another, longer one."""
+        rectangle, first, count = shot
+        length = self._goal.length
+        if first < length:
+            return Shot(Rectangle(*rectangle), length, first, count)
+        return Shot(Rectangle(*rectangle), self._goal.most, first - length, count)
+
     @property
     def _may_go_on(self):
-        is_late = self._end is not None and self._elapsed() >= self._end
+        is_late = self._goal.seconds is not None and self._elapsed() >= self._goal.seconds
         return not is_late and not self.session.engine.test_break()

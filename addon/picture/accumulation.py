@@ -6,10 +6,6 @@ import numpy as np
 from ..cycles.passes import Kind, divisor
 from .picture import Picture
 
-#: Name of Cycles' pass with the mean of one half of the samples (`kernel/film/adaptive_sampling.h`).
-HALF = "AdaptiveAuxBuffer"
-
-
 class Accumulation:
     """Sums of passes.
 
@@ -19,15 +15,20 @@ class Accumulation:
         Width and height in pixels.
     kinds : dict of str to Kind
         By pass name.
+    light : str
+        Name of the pass whose noise is judged.
 
     Attributes
     ----------
+    half : float32 array, shape (height, width, channels), or None
+        Mean of the first half of each pixel's samples, in the first view of the light; where these have doubled once.
     counts : float32 array, shape (height, width, 1)
         Samples of each pixel.
     """
 
-    def __init__(self, size, kinds):
-        self.size, self.kinds = size, kinds
+    def __init__(self, size, kinds, light):
+        self.size, self.kinds, self._light = size, kinds, light
+        self.half = None
         self.counts = np.zeros((*size[::-1], 1), np.float32)
         self._sums = {}
 
@@ -43,6 +44,10 @@ class Accumulation:
         first, count : int
             First sample, and how many.
         """
+        if first == count:
+            if self.half is None:
+                self.half = np.zeros_like(self._light_sums)
+            self.half[part] = self._light_sums[part] / self.counts[part]
         for key, pixels in passes.items():
             if key not in self._sums:
                 self._sums[key] = np.zeros((*self.size[::-1], pixels.shape[2]), np.float32)
@@ -61,9 +66,14 @@ class Accumulation:
         found = (divisor(key[0]), key[1]) if self.kinds[key[0]] is Kind.DIVIDED else None
         return found if found in passes and passes[found].shape == passes[key].shape else None
 
-    def mean(self, name):
-        """Mean of a pass of the first view, (height, width, channels)."""
-        return next(sums for (found, _), sums in self._sums.items() if found == name) / self.counts
+    @property
+    def _light_sums(self):
+        return next(sums for (name, _), sums in self._sums.items() if name == self._light)
+
+    @property
+    def mean(self):
+        """Mean of the light in the first view, (height, width, channels)."""
+        return self._light_sums / self.counts
 
     def picture(self):
         """All samples together, as a `Picture`."""

@@ -23,7 +23,7 @@ FEWEST = 4
 # Samples that a threshold is first asked at.
 _FIRST_TEST = 16
 
-# How many times the mean a pixel takes at most: beyond, the first samples of its sequence would become too white.
+# How many times the mean a pixel takes at most.
 _MOST_TIMES = 16
 
 # Squares are so many pixels wide, or a hundred-and-sixtieth of a larger picture, and twice and four times that.
@@ -46,8 +46,9 @@ _RELIEF = 0.5
 # Part of the time left that the next samples of all pixels may take.
 _CAUTION = 0.75
 
-# Share of a round's time that its calls may take beside samples.
-_CALLS = 0.1
+# Share of a round's samples that the calls for them may be worth, and about how many samples of a pixel a call is.
+# Measured times would have the same picture differ from render to render.
+_CALLS, _CALL_SAMPLES = 0.1, 500
 
 
 class Shot(NamedTuple):
@@ -93,9 +94,14 @@ class Goal:
         return self.threshold is None and self.seconds is None
 
     @property
+    def length(self):
+        """Length of the sequence that a pixel's first samples are of, a power of two: that of Cycles' own render."""
+        return _power_of_two_from(self.samples)
+
+    @property
     def most(self):
-        """Samples of a pixel at most, a power of two: the length of its sequence."""
-        return _power_of_two_from(self.samples * (_MOST_TIMES if self.is_mean else 1))
+        """Samples of a pixel at most, a power of two; those beyond `length` are of a sequence of this length."""
+        return self.length * (_MOST_TIMES if self.is_mean else 1)
 
     @property
     def first(self):
@@ -129,8 +135,10 @@ def _power_of_two_to(count):
     return 1 << max(count.bit_length() - 1, 0)
 
 
-def tiles(goal, base, size, costs):
-    """The samples of all pixels up to the base, in tiles whose times tell where samples cost how much.
+def opening(goal, base, size, costs):
+    """The samples of all pixels from the first call's up to the base, the second half of these in tiles.
+
+    The halves tell noise, and the tiles' times where samples cost how much.
 
     Parameters
     ----------
@@ -142,19 +150,21 @@ def tiles(goal, base, size, costs):
     costs : Costs
         What the first call has told.
 
-    Returns
-    -------
+    Yields
+    ------
     list of Shot
-        None if the first call has rendered them all.
     """
-    if base <= goal.first:
-        return []
+    half = max(base // 2, goal.first)
+    if half > goal.first:
+        yield [Shot((0, 0, *size), goal.first, half - goal.first)]
+    if base <= half:
+        return
     expected = goal.seconds or costs.sample * (goal.samples if goal.is_mean else _FIRST_PART * base)
     number = np.clip(_SURVEY * expected / costs.call, 1, _MOST_TILES)
     squares = Squares(size, _power_of_two_from(int(np.sqrt(size[0] * size[1] / number))))
     cells = np.ndindex(squares.areas.shape)
     rectangles = (squares.rectangles(_only(squares.areas.shape, cell))[0] for cell in cells)
-    return [Shot(rectangle, goal.first, base - goal.first) for rectangle in rectangles]
+    yield [Shot(rectangle, half, base - half) for rectangle in rectangles]
 
 
 def _only(shape, cell):
@@ -184,7 +194,7 @@ def rounds(goal, base, seen, costs, elapsed):
         One round; the picture is complete after each.
     """
     if goal.threshold is not None and base >= FEWEST:
-        yield from _until_below(goal, base, seen, costs, elapsed)
+        yield from _until_below(goal, base, seen, elapsed)
     else:
         yield from _in_time(goal, base, seen, costs, elapsed)
 
@@ -252,7 +262,7 @@ def _planned(squares, wish, prices, levels, base, most, seconds, call):
     return rates.levels_in_time(wish, prices, levels, base, most, seconds - calls * call)
 
 
-def _until_below(goal, base, seen, costs, elapsed):
+def _until_below(goal, base, seen, elapsed):
     squares = levels = None
     for level in range(int(np.log2(goal.most // base))):
         if goal.seconds is not None and elapsed() > goal.seconds:
@@ -260,7 +270,7 @@ def _until_below(goal, base, seen, costs, elapsed):
         count = base << level
         bound = goal.threshold * (count / _FIRST_TEST) ** _RELIEF
         if squares is None:
-            squares = _squares_for(seen, bound, costs, base)
+            squares = _squares_for(seen, bound, base)
             levels = np.zeros(squares.areas.shape, int)
         noisy = (levels == level) & (_error(seen, squares) > bound)
         found = squares.rectangles(noisy)
@@ -276,11 +286,11 @@ def _error(seen, squares):
     return np.sqrt(rates.around(sums, squares.areas))
 
 
-def _squares_for(seen, bound, costs, count):
-    """The smallest squares of which further samples take much longer than the calls for them."""
+def _squares_for(seen, bound, count):
+    """The smallest squares of which further samples are worth much more than the calls for them."""
     for squares in _sides(seen.size):
         noisy = _error(seen, squares) > bound
         calls = len(squares.rectangles(noisy))
-        if calls * costs.call <= _CALLS * count * squares.sums(costs.pixels)[noisy].sum():
+        if calls * _CALL_SAMPLES <= _CALLS * count * squares.areas[noisy].sum():
             break
     return squares

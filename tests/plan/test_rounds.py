@@ -39,7 +39,7 @@ class Noise:
     def __init__(self, seed, noise=NOISE, fireflies=FIREFLIES, speed=1.0):
         self._random = np.random.default_rng(seed)
         self._noise, self._fireflies, self._speed = noise, fireflies, speed
-        self.sums, self.halves, self.counts = (np.zeros((HEIGHT, WIDTH)) for _ in range(3))
+        self.sums, self.first_half, self.counts = (np.zeros((HEIGHT, WIDTH)) for _ in range(3))
         self.costs = Costs(SIZE)
         self.costs.call = CALL
         self.seconds = 0.0
@@ -50,7 +50,7 @@ class Noise:
 
     @property
     def half(self):
-        return np.repeat((2.0 * self.halves / self.counts)[..., None], 3, axis=2).astype(np.float32)
+        return np.repeat(self.first_half[..., None], 3, axis=2).astype(np.float32)
 
     def _sum(self, part, count):
         shape = self.counts[part].shape
@@ -63,9 +63,9 @@ class Noise:
         for (left, bottom, width, height), first, count in shots:
             part = slice(bottom, bottom + height), slice(left, left + width)
             assert (self.counts[part] == first).all(), "samples are missing or taken twice"
-            one, other = (self._sum(part, count / 2.0) for _ in range(2))
-            self.sums[part] += one + other
-            self.halves[part] += one
+            if first == count:
+                self.first_half[part] = self.sums[part] / count
+            self.sums[part] += self._sum(part, count)
             self.counts[part] += count
             taken = CALL + SAMPLE * self._speed * count * width * height
             self.seconds += taken
@@ -79,7 +79,8 @@ def rendered(goal, seed, **given):
 def finished(goal, picture):
     picture.shoot([Shot((0, 0, *SIZE), 0, goal.first)])
     base = goal.base(picture.costs.sample)
-    picture.shoot(rounds.tiles(goal, base, SIZE, picture.costs))
+    for shots in rounds.opening(goal, base, SIZE, picture.costs):
+        picture.shoot(shots)
     for shots in rounds.rounds(goal, base, picture, picture.costs, lambda: picture.seconds):
         picture.shoot(shots)
     return picture
