@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Compare with Cycles: the same frame with the switch off and on, each in a render slot."""
 
+import contextlib
+
 import bpy
 
 from .. import switch
@@ -24,6 +26,15 @@ def _use_slot(name):
 def _name_slot(name):
     """Name the slot that was rendered into, which Blender made if there was none."""
     bpy.data.images["Render Result"].render_slots.active.name = name
+
+
+def _where_the_last_is_shown(context):
+    """Context of the picture that fills the window, if one does; else Blender would fill it once more."""
+    screen = context.window.screen
+    for area in screen.areas:
+        if screen.show_fullscreen and area.type == "IMAGE_EDITOR":
+            return context.temp_override(area=area)
+    return contextlib.nullcontext()
 
 
 class SPECTRAL_TILES_OT_compare(bpy.types.Operator):
@@ -63,7 +74,7 @@ class SPECTRAL_TILES_OT_compare(bpy.types.Operator):
         bpy.app.handlers.render_cancel.append(self._stop)
         self._timer = context.window_manager.event_timer_add(0.2, window=context.window)
         context.window_manager.modal_handler_add(self)
-        self._start_next()
+        self._start_next(context)
         return {"RUNNING_MODAL"}
 
     def modal(self, context, event):
@@ -71,7 +82,7 @@ class SPECTRAL_TILES_OT_compare(bpy.types.Operator):
             return {"PASS_THROUGH"}
         _name_slot(self._name)
         if self._left and not self._stopped:
-            self._start_next()
+            self._start_next(context)
             return {"PASS_THROUGH"}
         self.cancel(context)
         if self._stopped:
@@ -84,10 +95,11 @@ class SPECTRAL_TILES_OT_compare(bpy.types.Operator):
         bpy.app.handlers.render_cancel.remove(self._stop)
         switch.forced = None
 
-    def _start_next(self):
+    def _start_next(self, context):
         self._name, switch.forced = self._left.pop(0)
         _use_slot(self._name)
-        bpy.ops.render.render("INVOKE_DEFAULT")
+        with _where_the_last_is_shown(context):
+            bpy.ops.render.render("INVOKE_DEFAULT")
 
     def _stop(self, *_):
         self._stopped = True

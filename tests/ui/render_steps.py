@@ -87,6 +87,7 @@ def compare():
     bpy.ops.spectral_tiles.compare("INVOKE_DEFAULT")
     yield from until(lambda: not rendering() and slots.active.name == "Spectral Tiles")
     yield from idle(1)
+    note(changed_by_comparison=changes(before))
     shoot("compared")
     names = [slot.name for slot in slots]
     for name in ("Cycles", "Spectral Tiles"):
@@ -99,7 +100,6 @@ def compare():
     press("j")
     yield from idle(0.5)
     note(slots=names, slot_after_j=slots.active.name, forced_afterwards=module("switch").forced)
-    note(changed_by_comparison=changes(before))
     settings().enabled = True
     yield from back()
     screen = bpy.context.window_manager.windows[0].screen

@@ -216,6 +216,7 @@ def test_comparison_fills_its_slots(results, facts):
     """Both slots show the same scene; J steps between them."""
     assert {"Cycles", "Spectral Tiles"} <= set(facts["slots"]) and facts["forced_afterwards"] is None
     assert facts["slot_after_j"] == "Spectral Tiles"
+    assert {"VIEW_3D", "PROPERTIES"} <= set(facts["areas_after_comparison"])  # Esc leads back to them
     cycles, ours = picture(results / "Cycles.exr"), picture(results / "Spectral Tiles.exr")
     assert np.abs(cycles - ours).mean() < 0.1 * cycles.mean()
 
