@@ -6,6 +6,7 @@ import numpy as np
 from ..cycles.passes import Kind, divisor
 from .picture import Picture
 
+
 class Accumulation:
     """Sums of passes.
 

@@ -164,9 +164,13 @@ def wishes(variance, costs, squares):
     -------
     float array, shape (rows, columns)
     """
-    sums = squares.sums(variance)
-    guess = around(sums, squares.areas) + _DOUBT * sums.sum() / squares.areas.sum() + 1e-30
+    guess = guessed(squares.sums(variance), squares.areas)
     return _POWER * np.log2(guess * squares.areas / np.maximum(costs, 1e-30))
+
+
+def guessed(sums, areas):
+    """Variance of a pixel of each square, as the squares around tell; parameters as of `around`."""
+    return around(sums, areas) + _DOUBT * sums.sum() / areas.sum() + 1e-30
 
 
 def levels_in_time(wish, costs, levels, base, most, seconds):

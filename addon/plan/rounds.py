@@ -38,6 +38,10 @@ _MOST_TILES = 256
 # samples are then stratified together, too.
 _WORTH = 0.9
 
+# What a square's own noise may say of the rates, in times of what the squares around foretell: were a firefly to decide
+# about the whole picture, and so about its own samples, the picture would lose light.
+_MOST_SAY = 2.0
+
 # The threshold grows with this power of the samples a pixel has taken, so that these grow like the deviation, as the
 # least mean square error wants, not like the variance.  Cycles' own test ends as early, for its one difference of two
 # halves is small by chance sooner or later; held to the letter, the same error would take up to twice the time.
@@ -236,15 +240,17 @@ def _chosen_squares(goal, base, seen, costs, doublings, seconds):
     """Squares and wishes of the side that promises most; None if the same samples everywhere promise as much."""
     variance = rates.variance_of_mean(seen.mean, seen.half) * base
     even = min(base + seconds / costs.sample, goal.most)
-    least, chosen = _WORTH * variance.sum(dtype=float) / even, None
+    least, chosen = _WORTH, None
     for squares in _sides(seen.size):
         prices = squares.sums(costs.pixels)
         wish = rates.wishes(variance, prices, squares)
         levels = np.zeros(squares.areas.shape, int)
         wanted = _planned(squares, wish, prices, levels, base, doublings, seconds, costs.call)
-        error = rates.square_error(squares.sums(variance), wanted, base)
-        if error < least:
-            least, chosen = error, (squares, wish)
+        sums = squares.sums(variance)
+        judging = np.minimum(sums, _MOST_SAY * squares.areas * rates.guessed(sums, squares.areas))
+        ratio = rates.square_error(judging, wanted, base) * even / max(judging.sum(), 1e-30)
+        if ratio < least:
+            least, chosen = ratio, (squares, wish)
     return chosen
 
 
