@@ -4,6 +4,7 @@
 import contextlib
 import os
 import re
+import struct
 
 import bpy
 
@@ -214,13 +215,13 @@ def check(path, settings):
         raise Refused(unfinished) from error
     try:
         size = tuple(image.size)
-        is_whole = _is_whole_exr(path) if image.type == "MULTILAYER" else len(image.pixels) > 0
+        is_whole = image.type == "MULTILAYER" or len(image.pixels) > 0
     finally:
         bpy.data.images.remove(image)
     region = Region.of_render(settings)
     # A picture for two eyes may be wider, and of several layers Blender tells no size.
     has_size = settings.use_multiview or size in {(0, 0), region.frame, region.size}
-    if not (is_whole and has_size and _has_its_end(path)):
+    if not (is_whole and has_size and _has_its_end(path) and _can_be_read(path)):
         raise Refused(unfinished)
 
 
@@ -232,12 +233,29 @@ def _has_its_end(path):
         file.seek(max(0, length - len(last)))
         if file.read() != last:
             return False
+        if head[:4] == b"II*\0":
+            return _tiff_length(file) <= length
     if head[:4] in (b"XPDS", b"SDPX"):  # a DPX picture tells its own length
         return int.from_bytes(head[16:20], "little" if head[:1] == b"X" else "big") <= length
     return True
 
 
-def _is_whole_exr(path):
+def _tiff_length(file):
+    """Where the last of what a TIFF file's directory lists ends; whole pixels may be without their description."""
+    file.seek(4)
+    file.seek(int.from_bytes(file.read(4), "little"))
+    ends = [file.tell()]
+    for _ in range(int.from_bytes(file.read(2), "little")):
+        _, kind, count, place = struct.unpack("<HHII", file.read(12).ljust(12, b"\xff"))
+        size = count * {1: 1, 2: 1, 3: 2, 4: 4, 5: 8, 7: 1, 12: 8}.get(kind, 4)
+        ends.append(place + size if size > 4 else file.tell())
+    return max(ends)
+
+
+def _can_be_read(path):
+    """Whether OpenImageIO reads all rows of the formats of which Blender misses some without a word."""
+    if not path.lower().endswith((".exr", ".tif", ".tiff")):
+        return True
     try:
         oiio = openimageio.load()
     except Refused:
