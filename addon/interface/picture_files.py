@@ -241,15 +241,22 @@ def _has_its_end(path):
 
 
 def _tiff_length(file):
-    """Where the last of what a TIFF file's directory lists ends; whole pixels may be without their description."""
+    """Where the last of what a TIFF file's directory lists ends: strips of pixels, and their description."""
     file.seek(4)
     file.seek(int.from_bytes(file.read(4), "little"))
-    ends = [file.tell()]
+    ends, strips = [0], {}
     for _ in range(int.from_bytes(file.read(2), "little")):
-        _, kind, count, place = struct.unpack("<HHII", file.read(12).ljust(12, b"\xff"))
-        size = count * {1: 1, 2: 1, 3: 2, 4: 4, 5: 8, 7: 1, 12: 8}.get(kind, 4)
-        ends.append(place + size if size > 4 else file.tell())
-    return max(ends)
+        entry = file.tell()
+        tag, kind, count = struct.unpack("<HHI", file.read(8).ljust(8, b"\xff"))
+        width = {1: 1, 2: 1, 3: 2, 4: 4, 5: 8, 7: 1, 12: 8}.get(kind, 4)
+        if width * count > 4:
+            file.seek(int.from_bytes(file.read(4), "little"))
+            ends.append(file.tell() + width * count)
+        if tag in (273, 279):  # where strips begin, and how long they are
+            values = file.read(min(width * count, 2**24))
+            strips[tag] = [int.from_bytes(values[k : k + width], "little") for k in range(0, len(values), width)]
+        file.seek(entry + 12)
+    return max([*ends, *map(sum, zip(strips.get(273, ()), strips.get(279, ()), strict=False))])
 
 
 def _can_be_read(path):
