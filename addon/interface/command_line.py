@@ -53,13 +53,14 @@ def run(arguments, program=f"blender --command {_NAME}"):
     def finish(code, error=None):
         if error is not None:
             summary["error"] = error
-            print(f"{_NAME}: {error}", file=sys.stderr)
         summary["seconds"] = round(time.perf_counter() - start, 3)
         try:
             generator.write_summary(summary, options.json)
         except OSError as failure:
-            code = FAILED
-            print(f"{_NAME}: {_sentence(failure)}", file=sys.stderr)
+            # One line: what came first has priority.
+            code, error = code or FAILED, error or _sentence(failure)
+        if error is not None:
+            print(f"{_NAME}: {error}", file=sys.stderr)
         return code
 
     def interrupted():

@@ -4,6 +4,7 @@
 import contextlib
 import os
 import re
+import struct
 
 import bpy
 
@@ -214,13 +215,13 @@ def check(path, settings):
         raise Refused(unfinished) from error
     try:
         size = tuple(image.size)
-        is_whole = _is_whole_exr(path) if image.type == "MULTILAYER" else len(image.pixels) > 0
+        is_whole = image.type == "MULTILAYER" or len(image.pixels) > 0
     finally:
         bpy.data.images.remove(image)
     region = Region.of_render(settings)
     # A picture for two eyes may be wider, and of several layers Blender tells no size.
     has_size = settings.use_multiview or size in {(0, 0), region.frame, region.size}
-    if not (is_whole and has_size and _has_its_end(path)):
+    if not (is_whole and has_size and _has_its_end(path) and _can_be_read(path)):
         raise Refused(unfinished)
 
 
@@ -232,12 +233,36 @@ def _has_its_end(path):
         file.seek(max(0, length - len(last)))
         if file.read() != last:
             return False
+        if head[:4] == b"II*\0":
+            return _tiff_length(file) <= length
     if head[:4] in (b"XPDS", b"SDPX"):  # a DPX picture tells its own length
         return int.from_bytes(head[16:20], "little" if head[:1] == b"X" else "big") <= length
     return True
 
 
-def _is_whole_exr(path):
+def _tiff_length(file):
+    """Where the last of what a TIFF file's directory lists ends: strips of pixels, and their description."""
+    file.seek(4)
+    file.seek(int.from_bytes(file.read(4), "little"))
+    ends, strips = [0], {}
+    for _ in range(int.from_bytes(file.read(2), "little")):
+        entry = file.tell()
+        tag, kind, count = struct.unpack("<HHI", file.read(8).ljust(8, b"\xff"))
+        width = {1: 1, 2: 1, 3: 2, 4: 4, 5: 8, 7: 1, 12: 8}.get(kind, 4)
+        if width * count > 4:
+            file.seek(int.from_bytes(file.read(4), "little"))
+            ends.append(file.tell() + width * count)
+        if tag in (273, 279):  # where strips begin, and how long they are
+            values = file.read(min(width * count, 2**24))
+            strips[tag] = [int.from_bytes(values[k : k + width], "little") for k in range(0, len(values), width)]
+        file.seek(entry + 12)
+    return max([*ends, *map(sum, zip(strips.get(273, ()), strips.get(279, ()), strict=False))])
+
+
+def _can_be_read(path):
+    """Whether OpenImageIO reads all rows of the formats of which Blender misses some without a word."""
+    if not path.lower().endswith((".exr", ".tif", ".tiff")):
+        return True
     try:
         oiio = openimageio.load()
     except Refused:

@@ -145,9 +145,10 @@ def test_a_full_disk_keeps_the_picture_that_is_there(scene_file, tmp_path, monke
     listdir = os.listdir
 
     def cut(folder):
+        folder = str(folder)
         for name in (found := listdir(folder)):
             path = os.path.join(folder, name)
-            if name == picture.name and ".spectral_tiles_" in folder:
+            if name == picture.name and ".spectral_tiles-" in folder:
                 os.truncate(path, os.path.getsize(path) // 2)
         return found
 
