@@ -12,8 +12,8 @@ from demo_blend.primitives import (
     Pose,
     add_box,
     add_camera,
+    add_cylinder,
     add_plane,
-    add_sphere,
     add_torus,
     emission,
     empty_scene,
@@ -67,7 +67,7 @@ def _sign(scene, text, color, location, size, late) -> None:
 
 def _bulbs(scene) -> None:
     """Add a row of bulbs along the awning, of which more and more are there: a mesh that changes its topology."""
-    bulb = add_sphere("Bulbs", 0.07, emission("Bulbs", (1.0, 0.70, 0.30), 20.0), Pose((-0.45, -1.1, 2.72)))
+    bulb = add_cylinder("Bulbs", 0.06, 0.13, emission("Bulbs", (1.0, 0.70, 0.30), 20.0), Pose((-0.45, -1.1, 2.72)))
     row = bulb.modifiers.new("Row", "ARRAY")
     row.use_relative_offset, row.use_constant_offset = False, True
     row.constant_offset_displace = (0.32, 0.0, 0.0)
@@ -85,5 +85,5 @@ def _ring(iron) -> None:
     for spoke in range(5):
         turn = 2 * math.pi * spoke / 5
         place_at = Pose((0.6 * math.cos(turn), 0.6 * math.sin(turn), 0.0), parent=hub)
-        add_sphere(f"Lamp {spoke}", 0.10, bpy.data.materials["Bulbs"], place_at)
+        add_cylinder(f"Lamp {spoke}", 0.09, 0.1, bpy.data.materials["Bulbs"], place_at)
     spin(hub, math.radians(40), axis=1)

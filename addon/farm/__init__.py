@@ -3,6 +3,8 @@
 
 __all__ = [
     "known_noise",
+    "layer_file",
     "layers",
     "merge",
+    "seal",
 ]

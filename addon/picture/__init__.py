@@ -2,6 +2,7 @@
 """What is done to pixels: pure numpy."""
 
 __all__ = [
+    "accumulation",
     "control_variates",
     "noise_blocks",
     "picture",

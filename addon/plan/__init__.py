@@ -5,10 +5,13 @@ __all__ = [
     "arranged_plan",
     "arrangement",
     "cell_plan",
+    "costs",
     "matching",
     "modes",
     "pattern_plan",
     "patterns",
+    "rates",
+    "rounds",
     "sample_plan",
     "sub_frame_plan",
 ]
