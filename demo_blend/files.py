@@ -7,6 +7,9 @@ from pathlib import Path
 
 import bpy
 
+#: Scenes of what only sub-frames blur.
+SUB_FRAMES = ("swinging_lamp", "blinking_signs")
+
 
 def write_blend(build: Callable[[], bpy.types.Scene], path: Path | None = None) -> Path:
     """Build a scene and save it, compressed: with the switch on, seen through its camera.
@@ -25,6 +28,9 @@ def write_blend(build: Callable[[], bpy.types.Scene], path: Path | None = None) 
     scene = build()
     if hasattr(scene, "spectral_tiles"):
         scene.spectral_tiles.enabled = True
+        if path.stem in SUB_FRAMES:
+            scene.spectral_tiles.method = "SUB_FRAMES"
+            scene.cycles.samples, scene.cycles.use_adaptive_sampling = 16, False
     _look_through_camera()
     _forget_home()
     bpy.ops.wm.save_as_mainfile(filepath=str(path), compress=True, copy=True)

@@ -8,6 +8,7 @@ and each pixel's samples are those that it would have natively.
 import itertools
 import time
 
+from ..blender.display import Picture
 from ..blender.region import Rectangle
 from ..cycles import passes, sampling
 from ..cycles.session import Shot
@@ -49,6 +50,7 @@ def grown(session, goal, elapsed, light="Combined"):
             rounds.rounds(goal, base, growing, growing.costs, elapsed),
         )
         for shots in further:
+            growing.show()
             if not growing.shoot(shots):
                 break
     return growing
@@ -61,7 +63,7 @@ def goal_of(sampling, elapsed):
 
 
 class Growing:
-    """A picture that grows by shots, with what they cost.
+    """A picture that grows by shots, with what they cost, and tells how far it is.
 
     Parameters
     ----------
@@ -78,7 +80,7 @@ class Growing:
         self.size = session.region.size
         self.costs = Costs(self.size)
         self.sums = None
-        self.calls = 0
+        self._round = 0
 
     @property
     def mean(self):
@@ -101,7 +103,6 @@ class Growing:
         self.sums = Accumulation(self.size, kinds, self._light)
         everything = Rectangle(0, 0, width, height).part
         self.sums.add(everything, {key: pixels.reshape(height, width, -1) for key, pixels in found.items()}, 0, count)
-        self.calls += 1
         self._measure_call()
         self.costs.learn(everything, count, taken)
         return self._may_go_on
@@ -113,8 +114,22 @@ class Growing:
             now = self._elapsed()
             self.costs.call, begun = min(self.costs.call, now - begun), now
 
+    def show(self):
+        """Show the picture so far."""
+        self.session.engine.shown = Picture(self.session.region, self.sums.mean.reshape(-1, self.sums.mean.shape[-1]))
+
+    def _tell(self, done):
+        """Tell how much of the round is done, and of the picture as far as that is known."""
+        whole = self._goal.seconds
+        if self._goal.is_mean:
+            whole = self.costs.sample * self._goal.samples
+        self.session.engine.update_stats("", f"Sampling by noise: round {self._round}, {done:.0%} of it")
+        self.session.engine.update_progress(min(self._elapsed() / whole, 1.0) if whole else done)
+
     def shoot(self, shots):
         """Render shots; return whether more may follow."""
+        self._round += 1
+        done, total = 0, sum(shot.count * shot.rectangle[2] * shot.rectangle[3] for shot in shots)
         begun = self._elapsed()
         for shot, found in zip(shots, self.session.call_rectangles(list(map(self._asked, shots))), strict=True):
             if self.session.engine.test_break():
@@ -123,7 +138,9 @@ class Growing:
             self.sums.add(part, found, shot.first, shot.count)
             now = self._elapsed()
             self.costs.learn(part, shot.count, now - begun)
-            self.calls, begun = self.calls + 1, now
+            begun = now
+            done += shot.count * shot.rectangle[2] * shot.rectangle[3]
+            self._tell(done / total)
             if not self._may_go_on:
                 return False
         return True

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 import demo_blend
+from demo_blend import files
 
 FOLDER = Path(demo_blend.__file__).parent
 
@@ -113,7 +114,8 @@ def test_file_opens_ready_to_show_the_product(extension, name):
     bpy.ops.wm.open_mainfile(filepath=str(FOLDER / f"{name}.blend"))
     scene = bpy.context.scene
     assert scene.render.engine == "CYCLES" and scene.spectral_tiles.enabled
-    assert scene.cycles.use_adaptive_sampling and scene.cycles.use_denoising
+    assert (scene.spectral_tiles.method == "SUB_FRAMES") == (name in files.SUB_FRAMES)
+    assert scene.cycles.use_adaptive_sampling != (name in files.SUB_FRAMES) and scene.cycles.use_denoising
     spaces = [space for screen in bpy.data.screens for area in screen.areas for space in area.spaces]
     views = [space.region_3d.view_perspective for space in spaces if space.type == "VIEW_3D"]
     assert views and set(views) == {"CAMERA"}
