@@ -77,8 +77,6 @@ def _checked(method, tests, scene, layer, differences, scene_messages=lambda: ()
 def _gather_differences(settings, sampling):
     if settings.filter != "AS_CYCLES" and sampling.threshold is not None:
         yield f"Noise Threshold does not apply to a filter: every pixel takes {sampling.samples} samples"
-    if not sampling.is_whole and sampling.is_even:
-        return Choice("IN_PLACE")
     if settings.distribution == "BY_NOISE" and sampling.is_even:
         yield "Samples are distributed evenly: the method Gather moves them"
 

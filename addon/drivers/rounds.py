@@ -9,9 +9,9 @@ import itertools
 import time
 
 from ..blender.display import Picture
-from ..blender.region import Rectangle
+from ..blender.region import Rectangle, Region
 from ..cycles import passes, sampling
-from ..cycles.session import Shot
+from ..cycles.session import LARGEST, Shot
 from ..farm import layers
 from ..picture.accumulation import Accumulation
 from ..plan import rounds
@@ -21,8 +21,13 @@ from . import steps
 
 
 def suit(scene, layer, sampling):
-    """Whether samples can be spread by noise: not if so few are wanted that they have no halves, or a part of them."""
-    return sampling.is_whole and sampling.samples > rounds.FEWEST
+    """Whether samples can be spread by noise.
+
+    Not if so few are wanted that they have no halves, or a part of them; nor in pictures so large that Cycles renders
+    them in tiles; nor where an AOV bears the name of a colour that light is to be multiplied by again.
+    """
+    few = not sampling.is_whole or sampling.samples <= rounds.FEWEST
+    return not few and max(Region.of_render(scene.render).size) <= LARGEST and passes.can_be_mixed(layer)
 
 
 def render(session, frame):
