@@ -14,10 +14,10 @@ if bpy.app.version < OLDEST_BLENDER:
 # What follows uses what older versions do not have.  `cycles` is a wing of ours, here.
 from cycles import engine as cycles_engine  # noqa: E402
 
-from . import interface, settings, switch  # noqa: E402
+from . import interface, persistence, settings, switch  # noqa: E402
 from .blender import main_thread  # noqa: E402
 
-_MODULES = (settings, main_thread, switch, interface)
+_MODULES = (settings, main_thread, switch, persistence, interface)
 
 # Copies of the extension that are enabled, the first of which is at work; kept where every copy finds it.
 _COPIES = "spectral_tiles_copies"

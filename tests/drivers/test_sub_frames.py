@@ -7,6 +7,7 @@ import bpy
 import numpy as np
 import pytest
 
+from addon.blender.evaluated import render_settings
 from tests import rendering
 
 MOMENTS = 8
@@ -354,3 +355,54 @@ def test_what_it_cannot_do_is_named(tmp_path, change, samples, message):
     change(build(light_energy))
     with pytest.raises(RuntimeError, match=message):
         ours(tmp_path, samples)
+
+
+def settings_seen(monkeypatch):
+    """Whether data are kept, as each call finds it: by the render, by the user's scene, by the evaluated one."""
+    from addon.cycles import session
+
+    found, call = [], session.Session.call
+
+    def look(self, *arguments, **more):
+        scenes = self.original_scene, self.scene
+        kept = (render_settings(self.engine), *(scene.render for scene in scenes))
+        found.append(tuple(render.use_persistent_data for render in kept))
+        return call(self, *arguments, **more)
+
+    monkeypatch.setattr(session.Session, "call", look)
+    return found
+
+
+def test_what_is_read_is_kept_without_the_users_setting(tmp_path, monkeypatch):
+    """... for a still and an animation, of which each frame is what it is by itself, and not longer."""
+    found = settings_seen(monkeypatch)
+    scene = build(topology)
+    movement(scene.objects["Plane.001"])
+    scene.view_layers.new("Other")
+    stills = []
+    for frame in (1, 2):
+        scene.frame_set(frame)
+        stills.append(ours(tmp_path))
+    scene.frame_start, scene.frame_end, scene.render.filepath = 1, 2, str(tmp_path / "animation_")
+    bpy.ops.render.render(animation=True)
+    for still, path in zip(stills, sorted(tmp_path.glob("animation_*.exr")), strict=True):
+        for name, pixels in rendering.read_exr(path).items():
+            if name.endswith("Combined"):
+                np.testing.assert_allclose(pixels, still[name], rtol=1e-4, atol=1e-5)
+    assert set(found) == {(True, False, False)} and len(found) == 8 * MOMENTS
+    scene.spectral_tiles.method = "IN_PLACE"
+    ours(tmp_path)
+    assert found[-1] == (False, False, False)
+
+
+def test_a_refused_render_leaves_the_users_setting(tmp_path):
+    scene = build(light_energy)
+    scene.camera = None
+    with pytest.raises(RuntimeError):
+        ours(tmp_path)
+    assert not scene.render.use_persistent_data
+    scene.render.use_persistent_data = True
+    with pytest.raises(RuntimeError):
+        ours(tmp_path)
+    assert scene.render.use_persistent_data
+    scene.render.use_persistent_data = False
