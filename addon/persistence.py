@@ -4,15 +4,15 @@
 Between two moments Cycles reads only what has changed if its session is kept, and the whole scene if not.  Whether it
 is kept is asked of the settings that Blender's render has copied from the scene when it began: after the handlers of
 *Render Init*, and before those of *Render Pre* (`RE_RenderFrame`, `RE_RenderAnim`).  So the scene's setting is on
-between these two only, and no evaluated scene, saved file or panel ever sees it.
+between these two only, but for files that are saved there, and no evaluated scene or panel ever sees it.
 """
 
 import bpy
 
 from . import switch
 
-# Scenes whose renders keep what they have read, and have it freed in the end.
-_kept = set()
+# Scenes whose renders keep what they have read, and have it freed in the end; and of these, those that are switched on.
+_kept, _on = set(), set()
 
 
 @bpy.app.handlers.persistent
@@ -21,19 +21,34 @@ def _switch_on(scene, *_):
     wanted = switch.is_on(scene) and scene.spectral_tiles.method == "SUB_FRAMES" and render.use_motion_blur
     if wanted and render.engine == "CYCLES" and not render.use_persistent_data:
         _kept.add(scene.name_full)
+        _on.add(scene.name_full)
         render.use_persistent_data = True
 
 
 @bpy.app.handlers.persistent
 def _switch_off(scene, *_):
-    if scene.name_full in _kept and scene.render.use_persistent_data:
+    if scene.name_full in _on:
+        _on.remove(scene.name_full)
         scene.render.use_persistent_data = False
+
+
+@bpy.app.handlers.persistent
+def _before_saving(*_):
+    for name in _on:
+        bpy.data.scenes[name].render.use_persistent_data = False
+
+
+@bpy.app.handlers.persistent
+def _after_saving(*_):
+    for name in _on:
+        bpy.data.scenes[name].render.use_persistent_data = True
 
 
 @bpy.app.handlers.persistent
 def _free(scene, *_):
     if scene.name_full in _kept:
         _kept.remove(scene.name_full)
+        _on.discard(scene.name_full)
         # Blender frees what was kept whenever this is set.
         scene.render.use_persistent_data = False
 
@@ -43,6 +58,8 @@ _HANDLERS = (
     ("render_pre", _switch_off),
     ("render_complete", _free),
     ("render_cancel", _free),
+    ("save_pre", _before_saving),
+    ("save_post", _after_saving),
 )
 
 

@@ -95,7 +95,11 @@ def assert_untouched(watch, before, frames, needed):
     assert {name for name, *_ in watch.seen} >= set(needed)
     assert changes(before, what_is_set()) == {} and frame() == frames[-1]
     for name, found, at, _ in watch.seen:
-        assert changes(before, found) == {}, name
+        changed = changes(before, found)
+        # Between this event and the next Sub-Frames have Persistent Data on; what is saved there has not.
+        if name == "render_init" and bpy.context.scene.spectral_tiles.method == "SUB_FRAMES":
+            changed.pop("scene.render.use_persistent_data", None)
+        assert changed == {}, name
         assert at in frames, name
     # What a file does not keep is otherwise in the one that was saved before, too.
     expected = loaded(watch.folder / "before.blend")
