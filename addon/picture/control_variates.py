@@ -39,7 +39,7 @@ MOST_SAMPLES = 16
 _TRIAL = 1024
 
 # Pixels that are worked at together, which take some 100 bytes each.
-_TOGETHER = 2**17
+_TOGETHER = 2**18
 
 # Pixels a side of the tiles that tell which modes matter in the picture, and how many of them.
 _TILE, _TILES = 64, 6
