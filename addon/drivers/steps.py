@@ -70,7 +70,8 @@ def finish(session, frame, picture):
         return
     engine.update_stats("", "Denoising")
     try:
-        clean = denoiser.denoise(session.original_scene, session.original_layer, frame.region, picture.passes)
+        noisy = picture.with_nonnegative_light_of(key for key in picture.passes if key[0] in passes.NOISY.values())
+        clean = denoiser.denoise(session.original_scene, session.original_layer, frame.region, noisy.passes)
     except Refused as refused:
         failure.report(engine, str(refused))
     else:

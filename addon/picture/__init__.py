@@ -5,6 +5,7 @@ __all__ = [
     "accumulation",
     "control_variates",
     "noise_blocks",
+    "nonnegative",
     "picture",
     "reconstruction",
     "surroundings",

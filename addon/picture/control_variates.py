@@ -20,6 +20,7 @@ Estimation Rule and Its Competitors" (1973)).
 """
 
 import concurrent.futures
+import functools
 import os
 from dataclasses import dataclass
 
@@ -31,14 +32,17 @@ from .surroundings import Surroundings, opaque
 
 # Modes that may explain something, and how many of them are used.  And samples a pixel beyond which what is left to
 # explain is not worth the time.
-_CANDIDATES, _MODES = 32, 8
+_CANDIDATES, _MODES = 24, 8
 MOST_SAMPLES = 16
 
+# Samples that tell which modes several samples of a pixel leave.
+_TRIAL = 1024
+
 # Pixels that are worked at together, which take some 100 bytes each.
-_TOGETHER = 2**17
+_TOGETHER = 2**18
 
 # Pixels a side of the tiles that tell which modes matter in the picture, and how many of them.
-_TILE, _TILES = 64, 8
+_TILE, _TILES = 64, 6
 
 # Pixels of each block of a tile that tell what modes have in common.
 _TELLING = 16
@@ -73,19 +77,39 @@ def of_picture(use, drawn):
         return None
 
     def cleaned(picture, first, samples):
-        candidates = tuple(arranged_plan.error_modes(sources, samples, _CANDIDATES))
-
         def numbers(pixels, chosen):
             return drawn(pixels, chosen, samples, first)
 
         keys = picture.radiance_keys
         lights = [picture.light_of(key)[:3] for key in keys]
-        found = without_noise(lights, picture.opacity, numbers, candidates)
+        found = without_noise(lights, picture.opacity, numbers, candidates(sources, samples))
         return picture.with_light_of(
             {key: new for key, old, new in zip(keys, lights, found, strict=True) if new is not old}
         )
 
     return cleaned
+
+
+@functools.cache
+def candidates(sources, samples):
+    """Modes that may explain noise.
+
+    Parameters
+    ----------
+    sources : tuple
+        Of `arranged_plan.shares`.
+    samples : int
+        Samples of each pixel.
+
+    Returns
+    -------
+    list of tuple
+    """
+    total = modes.variances(sources)
+    likely = dict(sorted(total.items(), key=lambda item: -item[1])[: 2 * _CANDIDATES])
+    ranks = np.arange(max(_TRIAL // samples, 256), dtype=np.uint32)
+    numbers = arranged_plan.numbers(likely, ranks, samples, samples)
+    return list(modes.strongest(likely, numbers, _CANDIDATES))
 
 
 def without_noise(lights, opacity, numbers, candidates):
@@ -180,9 +204,10 @@ def _survey(lights, judged, numbers, candidates):
         waves = _waves(numbers, candidates, (y, x), around[0].noise.shape)
         noise = noise_blocks.in_blocks(np.stack([found.noise for found in around]))
         scores.append(noise_blocks.scores(noise, waves)[0].reshape(-1, len(lights), len(candidates)))
-        telling = np.moveaxis(waves[..., :_TELLING], 2, 0).reshape(len(candidates), -1)
-        moments = moments + telling @ telling.T
-        pixels += telling.shape[1]
+        # Block by block: one large product would be taken by threads of the linear algebra library's own.
+        telling = waves[..., :_TELLING]
+        moments = moments + (telling @ telling.swapaxes(-1, -2)).sum(axis=(0, 1))
+        pixels += telling.size // len(candidates)
     moments, scores = moments / pixels, np.concatenate(scores)
     nothing = np.zeros((0, 0), np.float32)
     if not moments.diagonal().all():

@@ -110,7 +110,8 @@ def test_merged_layers_lose_the_known_noise(scene_file, tmp_path, monkeypatch, c
     noisy = rendering.read_exr(frame)
     for name, pixels in expected.items():
         if "Crypto" not in name:
-            rounding = 16 * np.finfo(np.float32).eps * np.abs(pixels).max()
+            # Of windows that vary nearly the same, rounding chooses (`picture.surroundings`).
+            rounding = 2e-4 * np.abs(pixels).max()
             np.testing.assert_allclose(merged[name], pixels, rtol=0, atol=rounding, err_msg=name)
         if name.endswith("Combined"):
             assert np.abs(noisy[name] - pixels).max() > 0.01

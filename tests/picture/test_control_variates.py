@@ -50,7 +50,7 @@ def content():
     """A picture with slopes, an edge and a texture; its channels differ."""
     y, x = np.mgrid[:HEIGHT, :WIDTH].astype(np.float32)
     shade = (1 + 0.01 * x + (x > 40)) * (2 + np.sin(y / 3)) * (1 + (x.astype(int) // 6 ^ y.astype(int) // 6) % 3)
-    return shade * np.float32([[[1.0]], [[0.7]], [[0.2]]])
+    return (shade * [[[1.0]], [[0.7]], [[0.2]]]).astype(np.float32)
 
 
 @pytest.mark.parametrize("samples", [1, 3])
