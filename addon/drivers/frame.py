@@ -14,8 +14,9 @@ from ..picture.control_variates import MOST_SAMPLES
 from ..picture.reconstruction import Filter
 from ..plan import patterns
 
-#: Samples a pixel up to which subtracting known noise is worth its time on real files.
-FEW_SAMPLES = 4
+#: Samples a pixel up to which subtracting known noise is worth its time on real files, and where the denoiser follows,
+#: which then leaves little of the gain.
+FEW_SAMPLES, FEW_DENOISED = 4, 1
 
 
 @dataclass(frozen=True)
@@ -65,13 +66,14 @@ class Frame:
         settings = scene.spectral_tiles
         use = scene_use(depsgraph)
         sampling = Sampling.of_layer(scene, layer)
+        denoise = denoiser.wanted(scene, layer)
         return cls(
             number=scene.frame_current,
             region=Region.of_render(scene.render),
             use=use,
             sampling=sampling,
-            denoise=denoiser.wanted(scene, layer),
-            noise_reduction=reduces_noise(settings, sampling),
+            denoise=denoise,
+            noise_reduction=reduces_noise(settings, sampling, denoise),
             pattern=settings.pattern,
             tile=pattern_tile(scene, use.dims),
             filter=chosen_filter(settings),
@@ -80,18 +82,21 @@ class Frame:
         )
 
 
-def reduces_noise(settings, sampling):
+def reduces_noise(settings, sampling, denoise):
     """Whether noise that the random numbers explain is to be subtracted.
 
     Parameters
     ----------
     settings : SpectralTilesSettings
     sampling : Sampling
+    denoise : bool
+        Whether the denoiser follows.
     """
     # Whoever chose a pattern wants to see what it does.
     is_wanted = settings.noise_reduction and settings.pattern == "AUTO" and sampling.is_even
     at_a_time = 1 if settings.filter != "AS_CYCLES" else sampling.samples
-    return is_wanted and at_a_time <= (FEW_SAMPLES if settings.method == "AUTO" else MOST_SAMPLES)
+    few = FEW_DENOISED if denoise else FEW_SAMPLES
+    return is_wanted and at_a_time <= (few if settings.method == "AUTO" else MOST_SAMPLES)
 
 
 def pattern_path(scene):

@@ -99,7 +99,7 @@ class Goal:
 
     @property
     def length(self):
-        """Length of the sequence that a pixel's first samples are of, a power of two: if `samples` is one, that of Cycles' own render."""
+        """Length of the sequence that a pixel's first samples are of, a power of two: where `samples` is one, Cycles' own."""
         return _power_of_two_from(self.samples)
 
     @property
