@@ -5,7 +5,6 @@ Every call is Cycles' own render of a border and a sample subset, so this works 
 and each pixel's samples are those that it would have natively.
 """
 
-import itertools
 import time
 
 from ..blender.display import Picture
@@ -15,9 +14,12 @@ from ..cycles.session import LARGEST, Shot
 from ..farm import layers
 from ..picture.accumulation import Accumulation
 from ..plan import rounds
-from ..plan.costs import Costs
+from ..plan.costs import Costs, Counted
 from ..plan.sample_plan import Plan
 from . import steps
+
+# Seconds that the samples beyond the base must take for rates to be worth their calls.
+_QUICK = 0.5
 
 
 def suit(scene, layer, sampling):
@@ -49,16 +51,20 @@ def grown(session, goal, elapsed, light="Combined"):
     session.set_sampling(**sampling.exactly(goal.length))
     growing = Growing(session, goal, elapsed, light)
     if growing.shoot_all(goal.first):
-        base = goal.base(growing.costs.sample)
-        further = itertools.chain(
-            rounds.opening(goal, base, growing.size, growing.costs),
-            rounds.rounds(goal, base, growing, growing.costs, elapsed),
-        )
-        for shots in further:
+        for shots in _shots(goal, growing):
             growing.show()
             if not growing.shoot(shots):
                 break
     return growing
+
+
+def _shots(goal, growing):
+    """All shots but the first, round by round."""
+    base, costs = goal.base(growing.costs.sample), growing.costs
+    yield from rounds.opening(goal, base, growing.size, costs)
+    is_quick = goal.is_mean and growing.pace * (goal.samples - base) < _QUICK
+    follow = rounds.evenly(goal, base, growing.size, costs, growing.spent) if is_quick else None
+    yield from follow or rounds.rounds(goal, base, growing, costs, growing.spent)
 
 
 def goal_of(sampling, elapsed):
@@ -78,12 +84,20 @@ class Growing:
         Seconds since the render began.
     light : str
         Name of the pass whose noise is judged.
+
+    Attributes
+    ----------
+    costs : Costs or Counted
+        By time only if that is limited, so that otherwise the same picture comes out each time.
+    pace : float
+        Seconds that a sample of each pixel of the last shot took.
     """
 
     def __init__(self, session, goal, elapsed, light):
         self.session, self._goal, self._elapsed, self._light = session, goal, elapsed, light
         self.size = session.region.size
-        self.costs = Costs(self.size)
+        self.costs = Counted(self.size) if goal.seconds is None else Costs(self.size)
+        self.pace, self._samples = 0.0, 0
         self.sums = None
         self._round = 0
 
@@ -108,9 +122,15 @@ class Growing:
         self.sums = Accumulation(self.size, kinds, self._light)
         everything = Rectangle(0, 0, width, height).part
         self.sums.add(everything, {key: pixels.reshape(height, width, -1) for key, pixels in found.items()}, 0, count)
-        self._measure_call()
+        self._samples += count * width * height
+        if self._goal.seconds is not None:
+            self._measure_call()
         self.costs.learn(everything, count, taken)
         return self._may_go_on
+
+    def spent(self):
+        """What the picture has cost so far, in the unit of `costs`."""
+        return self._samples if self._goal.seconds is None else self._elapsed()
 
     def _measure_call(self):
         """See what a call takes whose samples take nothing."""
@@ -125,11 +145,9 @@ class Growing:
 
     def _tell(self, done):
         """Tell how much of the round is done, and of the picture as far as that is known."""
-        whole = self._goal.seconds
-        if self._goal.is_mean:
-            whole = self.costs.sample * self._goal.samples
+        whole = self.costs.sample * self._goal.samples if self._goal.is_mean else self._goal.seconds
         self.session.engine.update_stats("", f"Sampling by noise: round {self._round}, {done:.0%} of it")
-        self.session.engine.update_progress(min(self._elapsed() / whole, 1.0) if whole else done)
+        self.session.engine.update_progress(min(self.spent() / whole, 1.0) if whole else done)
 
     def shoot(self, shots):
         """Render shots; return whether more may follow."""
@@ -143,8 +161,10 @@ class Growing:
             self.sums.add(part, found, shot.first, shot.count)
             now = self._elapsed()
             self.costs.learn(part, shot.count, now - begun)
-            begun = now
-            done += shot.count * shot.rectangle[2] * shot.rectangle[3]
+            self.pace, begun = (now - begun) / shot.count, now
+            here = shot.count * shot.rectangle[2] * shot.rectangle[3]
+            done += here
+            self._samples += here
             self._tell(done / total)
             if not self._may_go_on:
                 return False

@@ -1,11 +1,31 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What samples cost: seconds of a call of Cycles, and of a sample of each pixel, as measured while rendering."""
+"""What samples and calls of Cycles cost: seconds, as measured while rendering, or samples, where time is not asked."""
 
 import numpy as np
 
 # A measurement changes what is known of a rectangle by this factor at most: a machine that does other things for a
 # moment is not believed at once.
 _SURPRISE = 4.0
+
+
+# About how many samples of a pixel a call takes as long as.
+CALL_SAMPLES = 1000
+
+
+class Counted:
+    """Costs by which all samples of a pixel are alike, so that the same picture comes out each time.
+
+    Parameters and attributes are those of `Costs`, in samples of a pixel instead of seconds.
+    """
+
+    call = CALL_SAMPLES
+
+    def __init__(self, size):
+        self.pixels = np.ones(size[::-1])
+        self.sample = float(self.pixels.size)
+
+    def learn(self, part, count, seconds):
+        """There is nothing to learn."""
 
 
 class Costs:

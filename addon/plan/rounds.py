@@ -2,8 +2,8 @@
 """Adaptive sampling by rounds: which rectangles of a picture go on with their pixels' own samples, and how far.
 
 All pixels take the same few samples first, whose halves tell how noisy they are (`rates`).  Then squares double their
-samples, round by round: until the time of a picture with the same samples everywhere is spent, or a given time, or
-until the error that Cycles' noise threshold bounds is below it everywhere.
+samples, round by round: until as many samples are taken as by the same number everywhere, or a given time is spent, or
+the error that Cycles' noise threshold bounds is below it everywhere.
 """
 
 from dataclasses import dataclass
@@ -12,6 +12,7 @@ from typing import NamedTuple
 import numpy as np
 
 from . import rates
+from .costs import CALL_SAMPLES
 from .rates import Squares
 
 # Part of the mean samples that all pixels take first.
@@ -43,16 +44,15 @@ _WORTH = 0.9
 _MOST_SAY = 2.0
 
 # The threshold grows with this power of the samples a pixel has taken, so that these grow like the deviation, as the
-# least mean square error wants, not like the variance.  Cycles' own test ends as early, for its one difference of two
-# halves is small by chance sooner or later; held to the letter, the same error would take up to twice the time.
-_RELIEF = 0.5
+# least mean square error wants, not like the variance.  It is the user's for pixels of so many samples; the others end
+# with more or less error such that the picture has about that of Cycles at the same threshold (`bench real`).
+_RELIEF, _EXACT_AT = 0.5, 96
 
 # Part of the time left that the next samples of all pixels may take.
 _CAUTION = 0.75
 
-# Share of a round's samples that the calls for them may be worth, and about how many samples of a pixel a call is.
-# Measured times would have the same picture differ from render to render.
-_CALLS, _CALL_SAMPLES = 0.1, 500
+# Share of a round's samples that the calls for them may be worth.
+_CALLS = 0.1
 
 
 class Shot(NamedTuple):
@@ -99,7 +99,7 @@ class Goal:
 
     @property
     def length(self):
-        """Length of the sequence that a pixel's first samples are of, a power of two: where `samples` is one, Cycles' own."""
+        """Length of the sequence of a pixel's first samples: `samples` or the next power of two; then Cycles' own."""
         return _power_of_two_from(self.samples)
 
     @property
@@ -140,9 +140,9 @@ def _power_of_two_to(count):
 
 
 def opening(goal, base, size, costs):
-    """The samples of all pixels from the first call's up to the base, the second half of these in tiles.
+    """The samples of all pixels from the first call's up to the base, whose halves tell noise.
 
-    The halves tell noise, and the tiles' times where samples cost how much.
+    If time is limited the second half is rendered in tiles, whose times tell where samples cost how much.
 
     Parameters
     ----------
@@ -163,8 +163,10 @@ def opening(goal, base, size, costs):
         yield [Shot((0, 0, *size), goal.first, half - goal.first)]
     if base <= half:
         return
-    expected = goal.seconds or costs.sample * (goal.samples if goal.is_mean else _FIRST_PART * base)
-    number = np.clip(_SURVEY * expected / costs.call, 1, _MOST_TILES)
+    if goal.seconds is None:
+        yield [Shot((0, 0, *size), half, base - half)]
+        return
+    number = np.clip(_SURVEY * goal.seconds / costs.call, 1, _MOST_TILES)
     squares = Squares(size, _power_of_two_from(int(np.sqrt(size[0] * size[1] / number))))
     cells = np.ndindex(squares.areas.shape)
     rectangles = (squares.rectangles(_only(squares.areas.shape, cell))[0] for cell in cells)
@@ -190,7 +192,7 @@ def rounds(goal, base, seen, costs, elapsed):
     costs : Costs
         Renewed likewise.
     elapsed : callable
-        Seconds since the picture was begun.
+        What the picture has cost so far, in the unit of `costs`: seconds if time is limited, else samples.
 
     Yields
     ------
@@ -208,7 +210,7 @@ def _in_time(goal, base, seen, costs, elapsed):
     doublings = int(np.log2(goal.most // base))
     chosen = _chosen_squares(goal, base, seen, costs, doublings, end - elapsed()) if base >= FEWEST else None
     if chosen is None:
-        yield from _evenly(goal, base, seen.size, costs, elapsed)
+        yield from evenly(goal, base, seen.size, costs, elapsed)
         return
     squares, wish = chosen
     levels = np.zeros(squares.areas.shape, int)
@@ -223,8 +225,8 @@ def _in_time(goal, base, seen, costs, elapsed):
         levels[going] += 1
 
 
-def _evenly(goal, count, size, costs, elapsed):
-    """Complete the samples of all pixels."""
+def evenly(goal, count, size, costs, elapsed):
+    """Complete the samples of all pixels from some count on; parameters and shots as of `rounds`."""
     most = goal.samples
     while count < most:
         # Little by little if time is limited, for what samples cost is known better each time.
@@ -274,7 +276,7 @@ def _until_below(goal, base, seen, elapsed):
         if goal.seconds is not None and elapsed() > goal.seconds:
             return
         count = base << level
-        bound = goal.threshold * (count / _FIRST_TEST) ** _RELIEF
+        bound = goal.threshold * (count / _EXACT_AT) ** _RELIEF
         if squares is None:
             squares = _squares_for(seen, bound, base)
             levels = np.zeros(squares.areas.shape, int)
@@ -297,6 +299,6 @@ def _squares_for(seen, bound, count):
     for squares in _sides(seen.size):
         noisy = _error(seen, squares) > bound
         calls = len(squares.rectangles(noisy))
-        if calls * _CALL_SAMPLES <= _CALLS * count * squares.areas[noisy].sum():
+        if calls * CALL_SAMPLES <= _CALLS * count * squares.areas[noisy].sum():
             break
     return squares

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from addon.plan import rates, rounds
-from addon.plan.costs import Costs
+from addon.plan.costs import Costs, Counted
 from addon.plan.rates import Squares
 from addon.plan.rounds import FEWEST, Goal, Shot
 
@@ -36,12 +36,13 @@ class Noise:
 
     size = SIZE
 
-    def __init__(self, seed, noise=NOISE, fireflies=FIREFLIES, speed=1.0):
+    def __init__(self, seed, noise=NOISE, fireflies=FIREFLIES, speed=1.0, is_timed=True):
+        self._is_timed = is_timed
         self._random = np.random.default_rng(seed)
         self._noise, self._fireflies, self._speed = noise, fireflies, speed
         self.sums, self.first_half, self.counts = (np.zeros((HEIGHT, WIDTH)) for _ in range(3))
-        self.costs = Costs(SIZE)
-        self.costs.call = CALL
+        self.costs = Costs(SIZE) if is_timed else Counted(SIZE)
+        self.costs.call = CALL if is_timed else 1
         self.seconds = 0.0
 
     @property
@@ -59,6 +60,9 @@ class Noise:
         skewed = self._random.gamma(count / 4.0, 4.0, shape) - count
         return count * LIGHT[part] + 0.5 * self._noise[part] * skewed + FLASH * flashes
 
+    def spent(self):
+        return self.seconds if self._is_timed else self.counts.sum()
+
     def shoot(self, shots):
         for (left, bottom, width, height), first, count in shots:
             part = slice(bottom, bottom + height), slice(left, left + width)
@@ -73,7 +77,7 @@ class Noise:
 
 
 def rendered(goal, seed, **given):
-    return finished(goal, Noise(seed, **given))
+    return finished(goal, Noise(seed, is_timed=goal.seconds is not None, **given))
 
 
 def finished(goal, picture):
@@ -81,7 +85,7 @@ def finished(goal, picture):
     base = goal.base(picture.costs.sample)
     for shots in rounds.opening(goal, base, SIZE, picture.costs):
         picture.shoot(shots)
-    for shots in rounds.rounds(goal, base, picture, picture.costs, lambda: picture.seconds):
+    for shots in rounds.rounds(goal, base, picture, picture.costs, picture.spent):
         picture.shoot(shots)
     return picture
 
