@@ -28,6 +28,8 @@ def scene_file(tmp_path):
     camera = rendering.add_camera()
     camera.data.dof.use_dof, camera.data.dof.aperture_fstop, camera.data.dof.focus_distance = True, 0.2, 8
     scene.render.use_motion_blur = True
+    # Layers of a frame take the same samples of all pixels.
+    scene.spectral_tiles.distribution = "EVEN"
     layer = bpy.context.view_layer
     layer.use_pass_z = layer.use_pass_normal = layer.use_pass_object_index = layer.use_pass_position = True
     layer.use_pass_cryptomatte_object = True

@@ -9,9 +9,9 @@ import pytest
 
 from addon.blender.refusal import Cancelled
 from addon.blender.region import Region
-from addon.cycles import plan_image, random_numbers, shared_sequence
+from addon.cycles import plan_image, random_numbers
 from addon.cycles.scene_use import SceneUse
-from addon.plan import arranged_plan, cell_plan, modes, pattern_plan, sample_plan
+from addon.plan import arranged_plan, modes, pattern_plan, sample_plan
 from addon.plan.matching import match
 from generator import Tile
 
@@ -150,37 +150,6 @@ def test_four_frames_complement_each_other():
     apart = [arranged_plan.make(MOTION, region(side, side), 1, seed=seed) for seed in (0, 1, 2, 3)]
     assert [made.seed for made in group] == [made.seed for made in apart]
     assert error_of_mean(group) <= 0.85 * error_of_mean(apart)
-
-
-@pytest.mark.parametrize("samples", [1, 4])
-def test_cells_complement_each_other(samples):
-    """Every point of the sequence is used once, and time makes less visible error than in Cycles' blue noise."""
-    made = cell_plan.arranged(MOTION, samples, seed=4)
-    assert np.array_equal(np.sort(made.offset, axis=None), np.arange(256))
-    starts = itertools.product(range(2), repeat=2)
-    assert any((np.ptp(cut(made.offset, 2, start), axis=(1, 2)) == 4 * samples - 1).all() for start in starts)
-    assert np.array_equal(made.offset[..., 1:] - made.offset[..., :-1], np.ones_like(made.offset[..., 1:]))
-    if samples == 1:
-        side = 64
-        y, x = np.mgrid[0:side, 0:side]
-        cycles = random_numbers.sequence_values(random_numbers.pixel_ranks(x, y, 4).ravel(), ("t",))[:, 0]
-        ours = np.tile(made.t[..., 0], (side // made.side,) * 2).ravel()
-        as_they_are = np.arange(side * side)
-        assert visible_error(ours, as_they_are, (side, side)) <= 0.8 * visible_error(cycles, as_they_are, (side, side))
-
-
-def test_cells_spare_what_is_not_looked_at():
-    """Bounces, of which the plan knows nothing, are seen no more than in the order of Cycles' own curve."""
-    side, errors = 64, np.zeros(2)
-    for seed in range(8):
-        made = cell_plan.arranged(MOTION, 1, seed)
-        values = shared_sequence.values(("bsdf.u",), made.count, made.seed)[:, 0]
-        curve = cell_plan.arranged(NOTHING, 1, seed)
-        for number, offset in enumerate((made.offset, curve.offset)):
-            shown = np.tile(values[offset[..., 0]], (side // made.side,) * 2).ravel()
-            errors[number] += visible_error(shown, np.arange(side * side), (side, side))
-    # Swaps of single cells would double it.
-    assert errors[0] <= 1.1 * errors[1]
 
 
 def test_match_is_a_close_permutation():
