@@ -26,7 +26,7 @@ class Kind(enum.Enum):
     FIRST_SAMPLE = enum.auto()
     #: Ranked identifiers and their coverage.
     CRYPTOMATTE = enum.auto()
-    #: How many samples the pixel took.
+    #: Samples of the pixel, as a part of what any took at most.
     SAMPLE_COUNT = enum.auto()
 
 

@@ -18,8 +18,8 @@ from ..plan.costs import Costs, Counted
 from ..plan.sample_plan import Plan
 from . import steps
 
-# Seconds that the samples beyond the base must take for rates to be worth their calls.
-_QUICK = 0.5
+# Samples of pixels in all below which a picture takes a second or so, and rates are not worth their calls.
+_SMALL = 250_000
 
 
 def suit(scene, layer, sampling):
@@ -62,8 +62,8 @@ def _shots(goal, growing):
     """All shots but the first, round by round."""
     base, costs = goal.base(growing.costs.sample), growing.costs
     yield from rounds.opening(goal, base, growing.size, costs)
-    is_quick = goal.is_mean and growing.pace * (goal.samples - base) < _QUICK
-    follow = rounds.evenly(goal, base, growing.size, costs, growing.spent) if is_quick else None
+    is_small = goal.is_mean and goal.samples * costs.sample < _SMALL
+    follow = rounds.evenly(goal, base, growing.size, costs, growing.spent) if is_small else None
     yield from follow or rounds.rounds(goal, base, growing, costs, growing.spent)
 
 
@@ -89,15 +89,13 @@ class Growing:
     ----------
     costs : Costs or Counted
         By time only if that is limited, so that otherwise the same picture comes out each time.
-    pace : float
-        Seconds that a sample of each pixel of the last shot took.
     """
 
     def __init__(self, session, goal, elapsed, light):
         self.session, self._goal, self._elapsed, self._light = session, goal, elapsed, light
         self.size = session.region.size
         self.costs = Counted(self.size) if goal.seconds is None else Costs(self.size)
-        self.pace, self._samples = 0.0, 0
+        self._samples = 0
         self.sums = None
         self._round = 0
 
@@ -161,7 +159,7 @@ class Growing:
             self.sums.add(part, found, shot.first, shot.count)
             now = self._elapsed()
             self.costs.learn(part, shot.count, now - begun)
-            self.pace, begun = (now - begun) / shot.count, now
+            begun = now
             here = shot.count * shot.rectangle[2] * shot.rectangle[3]
             done += here
             self._samples += here

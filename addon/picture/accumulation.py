@@ -82,7 +82,7 @@ class Accumulation:
         for key, sums in self._sums.items():
             kind = self.kinds[key[0]]
             if kind is Kind.SAMPLE_COUNT:
-                passes[key] = self.counts.copy()
+                passes[key] = self.counts / self.counts.max()
             elif kind in {Kind.FIRST_SAMPLE, Kind.CRYPTOMATTE}:
                 passes[key] = sums
             elif by := self._divisor(key, self._sums):

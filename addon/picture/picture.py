@@ -146,10 +146,8 @@ def mean(before, picture, count):
         return picture
     share = np.float32(1.0 / count)
     data = {key: before.passes[key] for key in picture.of_kind(Kind.FIRST_SAMPLE, Kind.CRYPTOMATTE)}
-    for key in picture.of_kind(Kind.MEAN):
+    for key in picture.of_kind(Kind.MEAN, Kind.SAMPLE_COUNT):
         data[key] = before.passes[key] + share * (picture.passes[key] - before.passes[key])
-    for key in picture.of_kind(Kind.SAMPLE_COUNT):
-        data[key] = before.passes[key] + picture.passes[key]
     light = before.light
     light = light + share * (picture.light - light)
     return before.with_passes(data).with_light(light)
