@@ -160,9 +160,8 @@ class Growing:
             now = self._elapsed()
             self.costs.learn(part, shot.count, now - begun)
             begun = now
-            here = shot.count * shot.rectangle[2] * shot.rectangle[3]
-            done += here
-            self._samples += here
+            done += shot.count * shot.rectangle[2] * shot.rectangle[3]
+            self._samples += shot.count * self.costs.pixels[part].sum()
             self._tell(done / total)
             if not self._may_go_on:
                 return False

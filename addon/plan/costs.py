@@ -12,8 +12,12 @@ _SURPRISE = 4.0
 CALL_SAMPLES = 1000
 
 
+# What a sample costs where none differs from another, as of a background: next to nothing beside one of a surface.
+_IDLE = 0.1
+
+
 class Counted:
-    """Costs by which all samples of a pixel are alike, so that the same picture comes out each time.
+    """Costs that follow from the picture alone, so that the same picture comes out each time.
 
     Parameters and attributes are those of `Costs`, in samples of a pixel instead of seconds.
     """
@@ -22,10 +26,18 @@ class Counted:
 
     def __init__(self, size):
         self.pixels = np.ones(size[::-1])
-        self.sample = float(self.pixels.size)
 
     def learn(self, part, count, seconds):
-        """There is nothing to learn."""
+        """Time is not asked."""
+
+    def see(self, noise):
+        """Take in which pixels have any noise, (height, width)."""
+        self.pixels = np.where(noise > 0.0, 1.0, _IDLE)
+
+    @property
+    def sample(self):
+        """What one sample of every pixel costs."""
+        return float(self.pixels.sum())
 
 
 class Costs:
@@ -69,6 +81,9 @@ class Costs:
         else:
             ratio = spent / max(count * known.sum(), 1e-12)
             known *= np.clip(ratio, 1.0 / _SURPRISE, _SURPRISE)
+
+    def see(self, noise):
+        """Noise says nothing of seconds."""
 
     @property
     def sample(self):

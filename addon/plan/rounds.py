@@ -206,6 +206,8 @@ def rounds(goal, base, seen, costs, elapsed):
 
 
 def _in_time(goal, base, seen, costs, elapsed):
+    if base >= FEWEST:
+        costs.see(rates.variance_of_mean(seen.mean, seen.half))
     end = goal.seconds if goal.seconds is not None else elapsed() + costs.sample * (goal.samples - base)
     doublings = int(np.log2(goal.most // base))
     chosen = _chosen_squares(goal, base, seen, costs, doublings, end - elapsed()) if base >= FEWEST else None

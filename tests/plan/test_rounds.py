@@ -40,6 +40,7 @@ class Noise:
         self._is_timed = is_timed
         self._random = np.random.default_rng(seed)
         self._noise, self._fireflies, self._speed = noise, fireflies, speed
+        self.cost = 0.0
         self.sums, self.first_half, self.counts = (np.zeros((HEIGHT, WIDTH)) for _ in range(3))
         self.costs = Costs(SIZE) if is_timed else Counted(SIZE)
         self.costs.call = CALL if is_timed else 1
@@ -61,7 +62,7 @@ class Noise:
         return count * LIGHT[part] + 0.5 * self._noise[part] * skewed + FLASH * flashes
 
     def spent(self):
-        return self.seconds if self._is_timed else self.counts.sum()
+        return self.seconds if self._is_timed else self.cost
 
     def shoot(self, shots):
         for (left, bottom, width, height), first, count in shots:
@@ -71,6 +72,7 @@ class Noise:
                 self.first_half[part] = self.sums[part] / count
             self.sums[part] += self._sum(part, count)
             self.counts[part] += count
+            self.cost += count * self.costs.pixels[part].sum()
             taken = CALL + SAMPLE * self._speed * count * width * height
             self.seconds += taken
             self.costs.learn(part, count, taken)
