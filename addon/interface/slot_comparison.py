@@ -28,13 +28,21 @@ def _name_slot(name):
     bpy.data.images["Render Result"].render_slots.active.name = name
 
 
-def _where_the_last_is_shown(context):
-    """Context of the picture that fills the window, if one does; else Blender would fill it once more."""
-    screen = context.window.screen
-    for area in screen.areas:
-        if screen.show_fullscreen and area.type == "IMAGE_EDITOR":
-            return context.temp_override(area=area)
-    return contextlib.nullcontext()
+@contextlib.contextmanager
+def _shown_where(context, is_first):
+    """Let the first render be shown where the user wants it, and the second in its place.
+
+    Blender would fill the window once more, and forget what had been in it.
+    """
+    view = context.preferences.view
+    before = view.render_display_type
+    if not is_first:
+        view.render_display_type = "NONE"
+    try:
+        yield
+    finally:
+        if not is_first:
+            view.render_display_type = before
 
 
 class SPECTRAL_TILES_OT_compare(bpy.types.Operator):
@@ -98,7 +106,7 @@ class SPECTRAL_TILES_OT_compare(bpy.types.Operator):
     def _start_next(self, context):
         self._name, switch.forced = self._left.pop(0)
         _use_slot(self._name)
-        with _where_the_last_is_shown(context):
+        with _shown_where(context, is_first=bool(self._left)):
             bpy.ops.render.render("INVOKE_DEFAULT")
 
     def _stop(self, *_):
