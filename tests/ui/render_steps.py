@@ -50,8 +50,8 @@ def many():
         bpy.ops.render.render("INVOKE_DEFAULT")
         yield from until(lambda: not rendering())
         note(pictures=number + 1)
-        yield from idle(0.2)
-    yield from back()
+        # A script that renders into a window that shows a picture already would lose what had been in it.
+        yield from back()
 
 
 def region():
