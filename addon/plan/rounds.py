@@ -43,10 +43,10 @@ _WORTH = 0.9
 # about the whole picture, and so about its own samples, the picture would lose light.
 _MOST_SAY = 2.0
 
-# The threshold grows with this power of the samples a pixel has taken, so that these grow like the deviation, as the
-# least mean square error wants, not like the variance.  It is the user's for pixels of so many samples; the others end
-# with more or less error such that the picture has about that of Cycles at the same threshold (`bench real`).
-_RELIEF, _EXACT_AT = 0.5, 96
+# The threshold grows with this power of the samples a pixel has taken, and is the user's for pixels of so many.  Cycles
+# asks each pixel's two halves again and again, which agree by chance the sooner or later, so its own errors grow with
+# the first power; the least mean square error wants one half.  In between pictures have about the error of Cycles'.
+_RELIEF, _EXACT_AT = 0.75, 64
 
 # Part of the time left that the next samples of all pixels may take.
 _CAUTION = 0.75
