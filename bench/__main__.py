@@ -268,7 +268,7 @@ def _parser() -> argparse.ArgumentParser:
     times.add_argument("--size", type=int, nargs=2, default=TIMED_SIZE, metavar=("W", "H"), help="in pixels")
     times.set_defaults(run=_times)
 
-    blurred = commands.add_parser("sub_frames", parents=[quick], help="Sub-Frames against renders averaged by hand")
+    blurred = commands.add_parser("sub-frames", parents=[quick], help="Sub-Frames against renders averaged by hand")
     blurred.add_argument("--scenes", nargs="+", default=BLURRED, metavar="SCENE", help="names or .blend files")
     blurred.add_argument("--size", type=int, nargs=2, default=(640, 360), metavar=("W", "H"), help="in pixels")
     blurred.add_argument("--samples", type=int, default=16, help="samples a pixel, and renders by hand")
