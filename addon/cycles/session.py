@@ -143,14 +143,12 @@ class Session:
             cycles.render_frame_finish(self.engine)  # puts Cycles' own tiles together
         return passes.read(self.engine, self.layer_name, names)
 
-    def call_rectangles(self, shots, names=None):
+    def call_rectangles(self, shots):
         """Render some samples of rectangles of the region, one after the other, after a `call`.
 
         Parameters
         ----------
         shots : sequence of Shot
-        names : collection of str, optional
-            As of `call`.
 
         Yields
         ------
@@ -162,7 +160,7 @@ class Session:
         self._shoot(Shot(_PIXEL, shots[0].length, 0, 1), shots[0].rectangle)
         for shot, following in zip(shots, [*(shot.rectangle for shot in shots[1:]), _PIXEL], strict=True):
             self._shoot(shot, following)
-            found = passes.read(self.engine, self.layer_name, names)
+            found = passes.read(self.engine, self.layer_name)
             yield {
                 key: pixels.reshape(height, width, -1)[: shot.rectangle.height, : shot.rectangle.width]
                 for key, pixels in found.items()
