@@ -152,7 +152,8 @@ class Growing:
         self._round += 1
         done, total = 0, sum(shot.count * shot.rectangle[2] * shot.rectangle[3] for shot in shots)
         begun = self._elapsed()
-        for shot, found in zip(shots, self.session.call_rectangles(list(map(self._asked, shots))), strict=True):
+        asked = [Shot(Rectangle(*rectangle), *samples) for rectangle, *samples in shots]
+        for shot, found in zip(shots, self.session.call_rectangles(asked), strict=True):
             if self.session.engine.test_break():
                 return False
             part = Rectangle(*shot.rectangle).part
@@ -166,14 +167,6 @@ class Growing:
             if not self._may_go_on:
                 return False
         return True
-
-    def _asked(self, shot):
-        """What Cycles is asked for: samples of the native sequence, then those of another, longer one."""
-        rectangle, first, count = shot
-        length = self._goal.length
-        if first < length:
-            return Shot(Rectangle(*rectangle), length, first, count)
-        return Shot(Rectangle(*rectangle), self._goal.most, first - length, count)
 
     @property
     def _may_go_on(self):

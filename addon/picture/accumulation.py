@@ -34,7 +34,7 @@ class Accumulation:
         self._sums = {}
 
     def add(self, part, passes, first, count):
-        """Add samples of a rectangle.
+        """Add samples of a rectangle, or put them in place of those that it has if they are a sequence's first.
 
         Parameters
         ----------
@@ -57,10 +57,12 @@ class Accumulation:
                 if first == 0:
                     self._sums[key][part] = pixels
                 continue
+            if first == 0:
+                self._sums[key][part] = 0.0
             by = self._divisor(key, passes)
             light = pixels * passes[by] if by else pixels
             self._sums[key][part] += np.float32(count) * light
-        self.counts[part] += count
+        self.counts[part] = first + count
 
     def _divisor(self, key, passes):
         """Key of the pass of the colour that Cycles has divided this one by, if it was rendered."""

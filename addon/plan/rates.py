@@ -6,9 +6,11 @@ chance would otherwise be diluted by further samples more often than one that wa
 light (Kirk and Arvo, "Unbiased Sampling Techniques for Image Synthesis", 1991).  A square's own samples judge instead:
 what rates would bring is foretold by noise that had no say in choosing them, so that chance cannot flatter them.
 
-Rates are powers of two times the samples that all pixels have, so that every pixel ends with the first 2^k samples of
+Rates are powers of two times the samples that all pixels have (`Rates`), so that every pixel ends with 2^k samples of
 its own Sobol sequence, a net.
 """
+
+from typing import NamedTuple
 
 import numpy as np
 
@@ -26,6 +28,41 @@ _DOUBT = 0.01
 
 # Halvings of an interval of 64 doublings, down to a thousandth of one.
 _HALVINGS = 16
+
+
+class Rates(NamedTuple):
+    """How many samples a pixel may have, by level: as many as all have, and doublings of that.
+
+    Attributes
+    ----------
+    base : int
+        Samples of level 0.
+    length : int
+        Samples up to which a pixel goes on with those that it has; of more, it takes all anew.
+    most : int
+        Samples of the last level, which need be no doubling.
+    """
+
+    base: int
+    length: int
+    most: int
+
+    @property
+    def top(self):
+        """The last level."""
+        return max(int(np.ceil(np.log2(self.most / self.base))), 0)
+
+    def samples(self, levels):
+        """Samples of a pixel at each of some levels."""
+        return np.minimum(self.base << np.asarray(levels), self.most)
+
+    def kept(self, levels, wanted):
+        """Samples that a pixel keeps on its way from some levels to others."""
+        return np.where((self.samples(wanted) <= self.length) | (wanted == levels), self.samples(levels), 0)
+
+    def further(self, levels, wanted):
+        """Samples that it takes on this way."""
+        return self.samples(wanted) - self.kept(levels, wanted)
 
 
 class Squares:
@@ -173,19 +210,18 @@ def guessed(sums, areas):
     return around(sums, areas) + _DOUBT * sums.sum() / areas.sum() + 1e-30
 
 
-def levels_in_time(wish, costs, levels, base, most, seconds):
-    """Doublings of each square that fill the time best.
+def levels_in_time(wish, costs, levels, rates, most, seconds):
+    """Levels of each square that fill the time best.
 
     Parameters
     ----------
     wish, costs
         As of `wishes`.
     levels : int array, shape (rows, columns)
-        Doublings that each square has had.
-    base : int
-        Samples before the first doubling.
+        Level of each square.
+    rates : Rates
     most : int, or int array of that shape
-        Doublings at most.
+        Level at most.
     seconds : float
         What the further samples may take.
 
@@ -200,16 +236,6 @@ def levels_in_time(wish, costs, levels, base, most, seconds):
     low, high = -wish.max() - 1.0, np.max(most) - wish.min() + 1.0
     for _ in range(_HALVINGS):
         middle = 0.5 * (low + high)
-        fits = seconds_of(costs, levels, wanted(middle), base) <= seconds
+        fits = float((costs * rates.further(levels, wanted(middle))).sum()) <= seconds
         low, high = (middle, high) if fits else (low, middle)
     return wanted(low)
-
-
-def seconds_of(costs, levels, wanted, base):
-    """Seconds that the samples from some levels of squares to others take."""
-    return float((costs * base * (2.0**wanted - 2.0**levels)).sum())
-
-
-def square_error(variance_sums, levels, base):
-    """Sum of the pixels' square errors that levels leave, told by each square's own noise."""
-    return float((variance_sums / (base * 2.0**levels)).sum())

@@ -1,19 +1,25 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Adaptive sampling by rounds: which rectangles of a picture go on with their pixels' own samples, and how far.
+"""Adaptive sampling by rounds: which rectangles of a picture take how many samples.
 
-All pixels take the same few samples first, whose halves tell how noisy they are (`rates`).  Then squares double their
-samples, round by round: until as many samples are taken as by the same number everywhere, or a given time is spent, or
-the error that Cycles' noise threshold bounds is below it everywhere.
+All pixels take the same few samples first, whose halves tell how noisy they are (`rates`).  Then squares go on to
+powers of two times these: as many as fit in the samples or the time that the picture may take, or as bring the error
+that Cycles' noise threshold bounds below it.
+
+Samples up to `Goal.length` go on with the pixel's first ones.  A pixel of more starts anew, with the sequence that
+Cycles gives a frame of just so many: its error is a third to a half less, blurred by a pixel, than that of the first
+part of a longer one, and of two sequences together (`bench real`; Cycles spreads the errors of neighbouring pixels
+only over whole sequences).  What the first ones cost is little beside.
 """
 
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
 
 from . import rates
 from .costs import CALL_SAMPLES
-from .rates import Squares
+from .rates import Rates, Squares
 
 # Part of the mean samples that all pixels take first.
 _FIRST_PART = 4
@@ -21,8 +27,8 @@ _FIRST_PART = 4
 #: The fewest samples that have two halves of two.
 FEWEST = 4
 
-# Samples that a threshold is first asked at.
-_FIRST_TEST = 16
+# Samples that a threshold is first asked at, and the sequence's length that they begin.
+_FIRST_TEST, _FIRST_LENGTH = 16, 64
 
 # How many times the mean a pixel takes at most.
 _MOST_TIMES = 16
@@ -48,8 +54,14 @@ _MOST_SAY = 2.0
 # the first power; the least mean square error wants one half.  In between pictures have about the error of Cycles'.
 _RELIEF, _EXACT_AT = 0.75, 64
 
+# The error falls like this power of the samples.
+_FALL = 0.6
+
 # Part of the time left that the next samples of all pixels may take.
 _CAUTION = 0.75
+
+# How often a plan is made until its calls and samples together fill the time: fewer samples want fewer calls.
+_PLANS = 3
 
 # Share of a round's samples that the calls for them may be worth.
 _CALLS = 0.1
@@ -62,11 +74,14 @@ class Shot(NamedTuple):
     ----------
     rectangle : (int, int, int, int)
         Left, bottom, width and height in pixels.
+    length : int
+        Of each pixel's sequence.
     first, count : int
-        First sample of each pixel's sequence, and how many.
+        First sample of the sequence, and how many.  If the first is 0 they are in place of those that there were.
     """
 
     rectangle: tuple[int, int, int, int]
+    length: int
     first: int
     count: int
 
@@ -99,13 +114,15 @@ class Goal:
 
     @property
     def length(self):
-        """Length of the sequence of a pixel's first samples: `samples` or the next power of two; then Cycles' own."""
-        return _power_of_two_from(self.samples)
+        """Samples of a pixel up to which it goes on with its first ones."""
+        if self.seconds is not None:
+            return self.samples
+        return self.samples if self.threshold is None else min(self.samples, _FIRST_LENGTH)
 
     @property
     def most(self):
-        """Samples of a pixel at most, a power of two; those beyond `length` are of a sequence of this length."""
-        return self.length * (_MOST_TIMES if self.is_mean else 1)
+        """Samples of a pixel at most."""
+        return self.samples * (_MOST_TIMES if self.is_mean else 1)
 
     @property
     def first(self):
@@ -160,17 +177,17 @@ def opening(goal, base, size, costs):
     """
     half = max(base // 2, goal.first)
     if half > goal.first:
-        yield [Shot((0, 0, *size), goal.first, half - goal.first)]
+        yield [Shot((0, 0, *size), goal.length, goal.first, half - goal.first)]
     if base <= half:
         return
     if goal.seconds is None:
-        yield [Shot((0, 0, *size), half, base - half)]
+        yield [Shot((0, 0, *size), goal.length, half, base - half)]
         return
     number = np.clip(_SURVEY * goal.seconds / costs.call, 1, _MOST_TILES)
     squares = Squares(size, _power_of_two_from(int(np.sqrt(size[0] * size[1] / number))))
     cells = np.ndindex(squares.areas.shape)
     rectangles = (squares.rectangles(_only(squares.areas.shape, cell))[0] for cell in cells)
-    yield [Shot(rectangle, half, base - half) for rectangle in rectangles]
+    yield [Shot(rectangle, goal.length, half, base - half) for rectangle in rectangles]
 
 
 def _only(shape, cell):
@@ -209,22 +226,42 @@ def _in_time(goal, base, seen, costs, elapsed):
     if base >= FEWEST:
         costs.see(rates.variance_of_mean(seen.mean, seen.half))
     end = goal.seconds if goal.seconds is not None else elapsed() + costs.sample * (goal.samples - base)
-    doublings = int(np.log2(goal.most // base))
-    chosen = _chosen_squares(goal, base, seen, costs, doublings, end - elapsed()) if base >= FEWEST else None
+    steps = Rates(base, goal.length, goal.most)
+    chosen = _chosen_squares(steps, seen, costs, end - elapsed()) if base >= FEWEST else None
     if chosen is None:
         yield from evenly(goal, base, seen.size, costs, elapsed)
         return
     squares, wish = chosen
     levels = np.zeros(squares.areas.shape, int)
-    for level in range(doublings):
+    if goal.is_mean:
+        wanted = _planned(squares, wish, squares.sums(costs.pixels), levels, steps, steps.top, end - elapsed(), costs)
+        # The noisiest first: there the picture gets better most.
+        for level in range(wanted.max(), 0, -1):
+            yield _shots(steps, squares, levels, np.where(wanted == level, level, 0))
+        return
+    for level in range(steps.top):
         # What samples cost is known better after each round, so the rest is planned anew; noise is not judged again.
         prices = squares.sums(costs.pixels)
-        most = np.where(levels == level, doublings, levels)
-        going = _planned(squares, wish, prices, levels, base, most, end - elapsed(), costs.call) > level
+        most = np.where(levels == level, steps.top, levels)
+        going = _planned(squares, wish, prices, levels, steps, most, end - elapsed(), costs) > level
         if not going.any():
             return
-        yield [Shot(rectangle, base << level, base << level) for rectangle in squares.rectangles(going)]
+        yield _shots(steps, squares, levels, levels + going)
         levels[going] += 1
+
+
+def _shots(steps, squares, levels, wanted, with_halves=False):
+    """Shots that bring squares from some levels to others; all are of one level, or those that have it already."""
+    shots = []
+    for level in np.unique(wanted[wanted > levels]):
+        count = int(steps.samples(level))
+        for kept in np.unique(steps.kept(levels, wanted)[(wanted == level) & (wanted > levels)]):
+            chosen = (wanted == level) & (wanted > levels) & (steps.kept(levels, wanted) == kept)
+            length = steps.length if count <= steps.length else count
+            cuts = sorted({int(kept), max(int(kept), count // 2), count}) if with_halves else [int(kept), count]
+            shots += [Shot(rectangle, length, first, end - first)
+                      for rectangle in squares.rectangles(chosen) for first, end in pairwise(cuts)]  # fmt: skip
+    return shots
 
 
 def evenly(goal, count, size, costs, elapsed):
@@ -236,23 +273,23 @@ def evenly(goal, count, size, costs, elapsed):
         further = min(most - count, affordable)
         if further < 1:
             return
-        yield [Shot((0, 0, *size), count, further)]
+        yield [Shot((0, 0, *size), goal.length, count, further)]
         count += further
 
 
-def _chosen_squares(goal, base, seen, costs, doublings, seconds):
+def _chosen_squares(steps, seen, costs, seconds):
     """Squares and wishes of the side that promises most; None if the same samples everywhere promise as much."""
-    variance = rates.variance_of_mean(seen.mean, seen.half) * base
-    even = min(base + seconds / costs.sample, goal.most)
+    variance = rates.variance_of_mean(seen.mean, seen.half) * steps.base
+    even = min(steps.base + seconds / costs.sample, steps.most)
     least, chosen = _WORTH, None
     for squares in _sides(seen.size):
         prices = squares.sums(costs.pixels)
         wish = rates.wishes(variance, prices, squares)
         levels = np.zeros(squares.areas.shape, int)
-        wanted = _planned(squares, wish, prices, levels, base, doublings, seconds, costs.call)
+        wanted = _planned(squares, wish, prices, levels, steps, steps.top, seconds, costs)
         sums = squares.sums(variance)
         judging = np.minimum(sums, _MOST_SAY * squares.areas * rates.guessed(sums, squares.areas))
-        ratio = rates.square_error(judging, wanted, base) * even / max(judging.sum(), 1e-30)
+        ratio = (judging / steps.samples(wanted)).sum() * even / max(judging.sum(), 1e-30)
         if ratio < least:
             least, chosen = ratio, (squares, wish)
     return chosen
@@ -264,43 +301,44 @@ def _sides(size):
     return [Squares(size, side << power) for power in range(3)]
 
 
-def _planned(squares, wish, prices, levels, base, most, seconds, call):
+def _planned(squares, wish, prices, levels, steps, most, seconds, costs):
     """Levels whose samples and calls fit in the time."""
-    wanted = rates.levels_in_time(wish, prices, levels, base, most, seconds)
-    rounds_left = range(levels.min(), wanted.max())
-    calls = sum(len(squares.rectangles((wanted > level) & (levels <= level))) for level in rounds_left)
-    return rates.levels_in_time(wish, prices, levels, base, most, seconds - calls * call)
+    spent = 0.0
+    for _ in range(_PLANS):
+        wanted = rates.levels_in_time(wish, prices, levels, steps, most, seconds - spent)
+        spent = 0.5 * (spent + len(_shots(steps, squares, levels, wanted)) * costs.call)
+    return rates.levels_in_time(wish, prices, levels, steps, most, seconds - spent)
 
 
 def _until_below(goal, base, seen, elapsed):
-    squares = levels = None
-    for level in range(int(np.log2(goal.most // base))):
-        if goal.seconds is not None and elapsed() > goal.seconds:
+    steps = Rates(base, goal.length, goal.most)
+    squares = _squares_for(goal, steps, seen)
+    levels = np.zeros(squares.areas.shape, int)
+    while goal.seconds is None or elapsed() < goal.seconds:
+        wanted = np.maximum(_below(goal, steps, seen, squares, levels), levels)
+        shots = _shots(steps, squares, levels, wanted, with_halves=True)
+        if not shots:
             return
-        count = base << level
-        bound = goal.threshold * (count / _EXACT_AT) ** _RELIEF
-        if squares is None:
-            squares = _squares_for(seen, bound, base)
-            levels = np.zeros(squares.areas.shape, int)
-        noisy = (levels == level) & (_error(seen, squares) > bound)
-        found = squares.rectangles(noisy)
-        if not found:
-            return
-        yield [Shot(rectangle, count, min(count, goal.samples - count)) for rectangle in found]
-        levels[noisy] += 1
+        yield shots
+        levels = wanted
 
 
-def _error(seen, squares):
-    """Root mean square of the error that Cycles' threshold bounds, around each square."""
-    sums = squares.sums(np.square(rates.cycles_error(seen.mean, seen.half)))
-    return np.sqrt(rates.around(sums, squares.areas))
+def _below(goal, steps, seen, squares, levels):
+    """Levels that bring the error of squares, told by those around, below the threshold."""
+    # As it would be at `_EXACT_AT` samples.
+    grown = (steps.samples(levels) / _EXACT_AT) ** _FALL
+    sums = squares.sums(np.square(rates.cycles_error(seen.mean, seen.half))) * grown**2
+    times = np.sqrt(rates.around(sums, squares.areas)) / max(goal.threshold, 1e-9)
+    samples = _EXACT_AT * times ** (1.0 / (_FALL + _RELIEF))
+    return np.clip(np.ceil(np.log2(np.maximum(samples, 1e-9) / steps.base)), 0, steps.top).astype(int)
 
 
-def _squares_for(seen, bound, count):
+def _squares_for(goal, steps, seen):
     """The smallest squares of which further samples are worth much more than the calls for them."""
     for squares in _sides(seen.size):
-        noisy = _error(seen, squares) > bound
-        calls = len(squares.rectangles(noisy))
-        if calls * CALL_SAMPLES <= _CALLS * count * squares.areas[noisy].sum():
+        levels = np.zeros(squares.areas.shape, int)
+        wanted = _below(goal, steps, seen, squares, levels)
+        calls = len(_shots(steps, squares, levels, wanted))
+        if calls * CALL_SAMPLES <= _CALLS * (squares.areas * steps.further(levels, wanted)).sum():
             break
     return squares

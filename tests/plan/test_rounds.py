@@ -41,7 +41,7 @@ class Noise:
         self._random = np.random.default_rng(seed)
         self._noise, self._fireflies, self._speed = noise, fireflies, speed
         self.cost = 0.0
-        self.sums, self.first_half, self.counts = (np.zeros((HEIGHT, WIDTH)) for _ in range(3))
+        self.sums, self.first_half, self.counts, self._lengths = (np.zeros((HEIGHT, WIDTH)) for _ in range(4))
         self.costs = Costs(SIZE) if is_timed else Counted(SIZE)
         self.costs.call = CALL if is_timed else 1
         self.seconds = 0.0
@@ -65,9 +65,13 @@ class Noise:
         return self.seconds if self._is_timed else self.cost
 
     def shoot(self, shots):
-        for (left, bottom, width, height), first, count in shots:
+        for (left, bottom, width, height), length, first, count in shots:
             part = slice(bottom, bottom + height), slice(left, left + width)
+            assert first + count <= length
+            if first == 0:
+                self.sums[part], self.counts[part], self._lengths[part] = 0.0, 0, length
             assert (self.counts[part] == first).all(), "samples are missing or taken twice"
+            assert (self._lengths[part] == length).all(), "sequences are mixed"
             if first == count:
                 self.first_half[part] = self.sums[part] / count
             self.sums[part] += self._sum(part, count)
@@ -83,7 +87,7 @@ def rendered(goal, seed, **given):
 
 
 def finished(goal, picture):
-    picture.shoot([Shot((0, 0, *SIZE), 0, goal.first)])
+    picture.shoot([Shot((0, 0, *SIZE), goal.length, 0, goal.first)])
     base = goal.base(picture.costs.sample)
     for shots in rounds.opening(goal, base, SIZE, picture.costs):
         picture.shoot(shots)
