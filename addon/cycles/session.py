@@ -33,7 +33,7 @@ class Shot(NamedTuple):
     rectangle : Rectangle
         Of the region.
     length : int
-        Of the sequence.
+        Of the sequence; Cycles heeds a change only upwards (`Session::update_scene`).
     first, count : int
         First sample of the sequence, and how many.
     """

@@ -26,8 +26,8 @@ _POWER = 0.4
 # Share of the picture's mean variance that every square is credited with: its neighbours may be silent by chance.
 _DOUBT = 0.01
 
-# Halvings of an interval of 64 doublings, down to a thousandth of one.
-_HALVINGS = 16
+# Halvings of an interval of some 64 doublings, down to a hundredth of one.
+_HALVINGS = 12
 
 
 class Rates(NamedTuple):
@@ -110,24 +110,20 @@ class Squares:
         list of (int, int, int, int)
             Left, bottom, width and height in pixels, rows counted as the array's are.
         """
-        left = wanted.copy()
-        found = []
-        for row, column in zip(*np.nonzero(wanted), strict=True):
-            if not left[row, column]:
-                continue
-            columns = _run(left[row, column:])
-            rows = _run(left[row:, column : column + columns].all(axis=1))
-            left[row : row + rows, column : column + columns] = False
-            x, y = self._x[column], self._y[row]
-            width = min(columns * self.side, self.size[0] - x)
-            height = min(rows * self.side, self.size[1] - y)
-            found.append((int(x), int(y), int(width), int(height)))
-        return found
-
-
-def _run(flags):
-    """How many flags are set from the first on."""
-    return len(flags) if flags.all() else int(np.argmin(flags))
+        edges = np.diff(np.pad(wanted, ((0, 0), (1, 1))).astype(np.int8), axis=1)
+        rows, begins = np.nonzero(edges == 1)
+        ends = np.nonzero(edges == -1)[1]
+        # Runs of squares that are the same in rows below each other make a rectangle.
+        order = np.lexsort((rows, ends, begins))
+        rows, begins, ends = rows[order], begins[order], ends[order]
+        is_new = np.ones(len(rows), bool)
+        is_new[1:] = (np.diff(begins) != 0) | (np.diff(ends) != 0) | (np.diff(rows) != 1)
+        first = np.nonzero(is_new)[0]
+        heights = np.diff(first, append=len(rows))
+        left, bottom = self._x[begins[first]], self._y[rows[first]]
+        right = np.append(self._x, self.size[0])[ends[first]]
+        top = np.append(self._y, self.size[1])[rows[first] + heights]
+        return list(zip(*(each.tolist() for each in (left, bottom, right - left, top - bottom)), strict=True))
 
 
 def around(sums, areas):
@@ -166,7 +162,7 @@ def variance_of_mean(mean, half):
     -------
     float32 array, shape (height, width)
     """
-    one, other = (np.minimum(_finite(picture) @ _LUMINANCE, _BRIGHTEST) for picture in (half, 2.0 * mean - half))
+    one, other = (np.minimum(_finite(picture @ _LUMINANCE), _BRIGHTEST) for picture in (half, 2.0 * mean - half))
     return 0.25 * np.square(one - other)
 
 
@@ -176,14 +172,13 @@ def cycles_error(mean, half):
     Parameters and result as of `variance_of_mean`; the difference of mean and half, over the root of the intensity
     where it is below 1, over the intensity elsewhere.
     """
-    mean = _finite(mean)
     intensity = np.maximum(mean.sum(axis=2), 0.0)
-    difference = np.abs(mean - _finite(half)).sum(axis=2)
-    return difference / (1e-4 + np.where(intensity < 1.0, np.sqrt(intensity), intensity))
+    difference = np.abs(mean - half).sum(axis=2)
+    return _finite(difference / (1e-4 + np.where(intensity < 1.0, np.sqrt(intensity), intensity)))
 
 
-def _finite(pixels):
-    return np.nan_to_num(pixels, nan=0.0, posinf=0.0, neginf=0.0)
+def _finite(values):
+    return np.where(np.isfinite(values), values, 0.0)
 
 
 def wishes(variance, costs, squares):

@@ -235,8 +235,7 @@ def _in_time(goal, base, seen, costs, elapsed):
     levels = np.zeros(squares.areas.shape, int)
     if goal.is_mean:
         wanted = _planned(squares, wish, squares.sums(costs.pixels), levels, steps, steps.top, end - elapsed(), costs)
-        # The noisiest first: there the picture gets better most.
-        for level in range(wanted.max(), 0, -1):
+        for level in range(1, wanted.max() + 1):
             yield _shots(steps, squares, levels, np.where(wanted == level, level, 0))
         return
     for level in range(steps.top):
@@ -251,16 +250,20 @@ def _in_time(goal, base, seen, costs, elapsed):
 
 
 def _shots(steps, squares, levels, wanted, with_halves=False):
-    """Shots that bring squares from some levels to others; all are of one level, or those that have it already."""
+    """Shots that bring squares from some levels to others, with a cut at half of their samples if that is wanted.
+
+    Those of longer sequences come later, for Cycles heeds a change of the length only upwards.
+    """
+    kept, samples = steps.kept(levels, wanted), steps.samples(wanted)
+    going = wanted > levels
     shots = []
-    for level in np.unique(wanted[wanted > levels]):
-        count = int(steps.samples(level))
-        for kept in np.unique(steps.kept(levels, wanted)[(wanted == level) & (wanted > levels)]):
-            chosen = (wanted == level) & (wanted > levels) & (steps.kept(levels, wanted) == kept)
-            length = steps.length if count <= steps.length else count
-            cuts = sorted({int(kept), max(int(kept), count // 2), count}) if with_halves else [int(kept), count]
-            shots += [Shot(rectangle, length, first, end - first)
-                      for rectangle in squares.rectangles(chosen) for first, end in pairwise(cuts)]  # fmt: skip
+    for last, first in sorted(set(zip(samples[going].tolist(), kept[going].tolist(), strict=True))):
+        length = max(last, steps.length)
+        cuts = [first, last // 2, last] if with_halves and first < last // 2 else [first, last]
+        rectangles = squares.rectangles(going & (kept == first) & (samples == last))
+        shots += [
+            Shot(rectangle, length, begin, end - begin) for rectangle in rectangles for begin, end in pairwise(cuts)
+        ]
     return shots
 
 
@@ -316,10 +319,12 @@ def _until_below(goal, base, seen, elapsed):
     levels = np.zeros(squares.areas.shape, int)
     while goal.seconds is None or elapsed() < goal.seconds:
         wanted = np.maximum(_below(goal, steps, seen, squares, levels), levels)
-        shots = _shots(steps, squares, levels, wanted, with_halves=True)
-        if not shots:
+        going_on = np.where(steps.samples(wanted) <= steps.length, wanted, levels)
+        # First those that go on, so that longer sequences come later.
+        wanted = going_on if (going_on > levels).any() else wanted
+        if (wanted == levels).all():
             return
-        yield shots
+        yield _shots(steps, squares, levels, wanted, with_halves=True)
         levels = wanted
 
 

@@ -9,6 +9,7 @@ import pytest
 
 from addon.drivers import rounds
 from addon.plan import rounds as plan_rounds
+from addon.plan.costs import Counted
 from tests import rendering
 
 
@@ -132,6 +133,26 @@ def test_even_picture_is_cycles_own(extension, tmp_path, monkeypatch):
     noisy_scene()
     ours, native = (rendering.beauty(rendering.render(tmp_path, engine, 64, 3)) for engine in rendering.ENGINES[::-1])
     np.testing.assert_allclose(ours, native, rtol=1e-4, atol=1e-5)
+
+
+def test_a_pixel_of_more_samples_is_what_cycles_makes_of_so_many(extension, tmp_path, monkeypatch):
+    monkeypatch.setattr(Counted, "call", 10)
+    scene = rendering.empty_scene(96, 64)
+    rendering.add_plane(20, rendering.diffuse())
+    rendering.add_light("SUN", 2.0, (0, 0, 5), angle=0.0)
+    rendering.add_light("AREA", 20.0, (2, 1, 0.8), size=1.0)
+    rendering.add_camera()
+    scene.cycles.pixel_filter_type, scene.cycles.samples, scene.cycles.seed = "BOX", 64, 3
+    scene.spectral_tiles.enabled, scene.cycles.use_adaptive_sampling = True, False
+    shares = sample_counts(tmp_path)
+    ours = rendering.beauty(rendering.read_exr(tmp_path / "picture.exr"))
+    counts = np.rint(16 * shares / shares.min()).astype(int).reshape(ours.shape[:2])
+    scene.view_layers[0].cycles.pass_debug_sample_count = False
+    anew = [count for count in np.unique(counts) if count > 64]
+    assert anew and 16 in counts
+    for count in [64, *anew]:
+        native = rendering.beauty(rendering.render(tmp_path, "CYCLES", int(count), 3))
+        np.testing.assert_allclose(ours[counts == count], native[counts == count], rtol=1e-3, atol=1e-4)
 
 
 @pytest.mark.parametrize("patience", [0, 1, 2, 5, 20])
