@@ -21,7 +21,7 @@ _BRIGHTEST = 4.0
 
 # Samples grow with this power of the variance over the cost.  One half leaves the least mean square error if that falls
 # like 1 / n and the variance is known; it falls faster in most scenes, and is guessed.
-_POWER = 0.4
+_POWER = 0.35
 
 # Share of the picture's mean variance that every square is credited with: its neighbours may be silent by chance.
 _DOUBT = 0.01

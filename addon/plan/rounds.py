@@ -43,7 +43,7 @@ _MOST_TILES = 256
 
 # Rates must leave less than this share of the error of the same samples everywhere, or all pixels go on together: their
 # samples are then stratified together, too.
-_WORTH = 0.9
+_WORTH = 0.97
 
 # What a square's own noise may say of the rates, in times of what the squares around foretell: were a firefly to decide
 # about the whole picture, and so about its own samples, the picture would lose light.
