@@ -12,13 +12,8 @@ from ..cycles.sampling import Sampling
 from ..farm import layers
 from ..plan import sub_frame_plan
 from . import checks, pattern_cells, steps
+from .frame import moments
 from .shots import Shots
-
-
-def _moments(scene, layer):
-    """Moments that a view layer is rendered at."""
-    moves = scene.render.use_motion_blur and layer.use_motion_blur
-    return scene.spectral_tiles.sub_frames if moves else 1
 
 
 def _aims(scene, layer):
@@ -26,7 +21,7 @@ def _aims(scene, layer):
     settings = scene.spectral_tiles
     if settings.pattern != "AUTO" or settings.filter != "AS_CYCLES":
         return True
-    return sub_frame_plan.side(max(1, Sampling.of_layer(scene, layer).samples), _moments(scene, layer)) > 1
+    return sub_frame_plan.side(max(1, Sampling.of_layer(scene, layer).samples), moments(scene, layer)) > 1
 
 
 def _check_camera(scene, layer):
@@ -67,7 +62,7 @@ def render(session, frame):
     sampled, is_blurred = frame.sampling, frame.use.motion_blur
     plan = sub_frame_plan.make(
         sampled.samples,
-        frame.sub_frames if is_blurred else 1,
+        frame.sub_frames,
         range(sampled.first, sampled.first + sampled.count),
         sampled.frame_seed,
         one_by_one=frame.filter is not None,

@@ -32,6 +32,7 @@ _FORMS = {
     "seed": r"-?\d{1,10}",
     "subset": r"\d{1,10} \d{1,10}",
     "pattern": r".{1,200}",
+    "sub_frames": r"\d{1,3}",
 }
 _OF_LAYERS = {PLAN: "[0-9a-f]{8}|none", NOISE: "none|.+", AOVS: ".+"}
 

@@ -21,7 +21,7 @@ PREFIX = "spectral_tiles."
 PLAN, NOISE, AOVS = "plan.", "noise.", "aovs."
 
 #: Number of this form of facts; pictures with another one are not merged.
-FORMAT = 2
+FORMAT = 3
 
 
 def part(samples, layer, layers):
@@ -77,6 +77,7 @@ def facts(frame, layer_name, plan=None, noise="", tile=None):
         "seed": str(frame.sampling.frame_seed),
         "subset": f"{frame.sampling.first} {frame.sampling.count}",
         "pattern": frame.pattern + digest,
+        "sub_frames": str(frame.sub_frames),
         f"{PLAN}{layer_name}": known_noise.digest(plan) if plan else "none",
         f"{NOISE}{layer_name}": noise or "none",
         f"{AOVS}{layer_name}": json.dumps(frame.aovs, sort_keys=True),

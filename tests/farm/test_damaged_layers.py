@@ -214,6 +214,7 @@ LIES = {
             noise(6, value=[[]]),
         )
     ],
+    "sub_frames": [{"sub_frames": "8"}, {"sub_frames": "-1"}, {"sub_frames": None}],
     "differ in": [{"something": "else"}, {"pattern": "GATHER"}, {"noise.ViewLayer": json.dumps(NOISE)}],
 }
 

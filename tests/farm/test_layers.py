@@ -210,6 +210,12 @@ def test_what_does_not_belong_together_is_refused(scene_file, tmp_path, monkeypa
     with monkeypatch.context() as patch:
         patch.setattr(layers, "stamp", lambda engine, known: stamp(engine, known | {"blender": "5.3.0"}))
         refused("differ in blender: 5.3.0")
+    for sub_frames, expected in ((8, "differ in sub_frames: 8 and 1"), (9, "differ in sub_frames: 9 and 8")):
+        settings = picture_files.open_scene(str(scene_file)).spectral_tiles
+        settings.method, settings.sub_frames = "SUB_FRAMES", sub_frames
+        bpy.ops.wm.save_as_mainfile(filepath=str(scene_file))
+        refused(expected)
+        render(scene_file, tmp_path / "one.exr", "--layer", "1/2", samples=2)
     assert not (tmp_path / "frame.exr").exists()
 
     # Another plan is another arrangement of equally good samples: sound, but not the same picture.
