@@ -104,17 +104,9 @@ def aov_types(layer):
 
 
 def add_divisors(engine, layer):
-    """Add those colours to the passes of a view layer that its light is divided by; without them it cannot be mixed.
-
-    Returns
-    -------
-    list of str
-        Names of the passes that were added.
-    """
-    added = missing_divisors(layer)
-    for name in added:
+    """Add those colours to the passes of a view layer that its light is divided by; without them it cannot be mixed."""
+    for name in missing_divisors(layer):
         engine.add_pass(name, 3, "RGB", layer=layer.name)
-    return added
 
 
 def can_be_mixed(layer):

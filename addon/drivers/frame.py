@@ -93,7 +93,7 @@ def reduces_noise(settings, sampling, denoise):
         Whether the denoiser follows.
     """
     # Whoever chose a pattern wants to see what it does.
-    is_wanted = settings.noise_reduction and settings.pattern == "AUTO" and sampling.is_even
+    is_wanted = settings.noise_reduction and settings.pattern == "AUTO" and sampling.is_even and sampling.is_whole
     at_a_time = 1 if settings.filter != "AS_CYCLES" else sampling.samples
     few = FEW_DENOISED if denoise else FEW_SAMPLES
     return is_wanted and at_a_time <= (few if settings.method == "AUTO" else MOST_SAMPLES)

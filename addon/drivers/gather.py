@@ -92,12 +92,12 @@ def render(session, frame):
     plan, tile = _planned(engine, frame)
     if plan.miss:
         engine.report({"INFO"}, f"Cycles' numbers miss the tile's by, on average: {plan.miss}")
-    added = steps.add_guides(session, frame)
+    steps.add_guides(session, frame)
     if session.layer.use_pass_z and not session.layer.use_pass_position:
         engine.add_pass("Position", 3, "XYZ", layer=session.layer_name)
     if frame.filter or not frame.sampling.is_whole:
-        added += passes.add_divisors(engine, session.layer)
-    clean, noise = steps.known_noise(frame, plan, "GATHER", added)
+        passes.add_divisors(engine, session.layer)
+    clean = steps.known_noise(frame, plan)
     cameras = {view.camera: view.settings for view in views.values()}
     with tempfile.TemporaryDirectory(prefix="spectral_tiles_", dir=bpy.app.tempdir) as folder:
         image = os.path.join(folder, "plan.tif")
@@ -112,7 +112,7 @@ def render(session, frame):
                 picture = steps.without_noise(
                     session, _in_order(session, plan, views), clean, 0, frame.sampling.samples
                 )
-    return picture, layers.facts(frame, session.layer_name, plan, noise, tile)
+    return picture, layers.facts(frame, session.layer_name, plan, tile)
 
 
 def _planned(engine, frame):
