@@ -118,17 +118,15 @@ def render(session, frame):
 def _planned(engine, frame):
     """The plan of a frame, and the tile that it follows, or None."""
     tile, use, sampled = frame.tile, frame.use, frame.sampling
+    seed = sampled.frame_seed % 2**31
     if tile is None and use.is_direct and use.dims and sampled.samples == 1:
         # Nothing but the tile's own dimensions is left to chance, and the rest need not be spared.
         tile = patterns.spectral(use.dims)
     if tile is None:
-        plan = arranged_plan.make(use, frame.region, sampled.samples, sampled.seed, sampled.frame, engine.test_break)
-        return plan, None
+        return arranged_plan.make(use, frame.region, sampled.samples, seed, engine.test_break), None
     tile = aperture.fitted(tile, use.blades)
     dims = tuple(name for name in use.dims if name in tile.dims)
-    return pattern_plan.make(
-        tile, dims, frame.region, sampled.samples, sampled.frame_seed % 2**31, engine.test_break
-    ), tile
+    return pattern_plan.make(tile, dims, frame.region, sampled.samples, seed, engine.test_break), tile
 
 
 def _sampling(frame, seed):
