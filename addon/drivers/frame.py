@@ -106,15 +106,11 @@ def moments(scene, layer):
     return settings.sub_frames if settings.method == "SUB_FRAMES" and moves else 1
 
 
-def pattern_path(scene):
-    """Absolute path of a scene's pattern file, or an empty string."""
-    path = scene.spectral_tiles.pattern_path
-    return bpy.path.abspath(path, library=scene.library) if path else ""
-
-
 def pattern_tile(scene, dims=patterns.PROFILES["full"]):
     """The tile of a scene's pattern, as `patterns.tile`."""
-    return patterns.tile(scene.spectral_tiles.pattern, pattern_path(scene), dims)
+    settings = scene.spectral_tiles
+    path = settings.pattern_path and bpy.path.abspath(settings.pattern_path, library=scene.library)
+    return patterns.tile(settings.pattern, path, dims)
 
 
 def chosen_filter(settings):

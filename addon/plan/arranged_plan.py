@@ -17,8 +17,8 @@ from .sample_plan import MOST_PLANNED, Plan, remembered
 # that are worked at take some 200 bytes a pixel, so at most one in `_SPREAD` is at a time.
 _WINDOW, _SPREAD = 256, 12
 
-# Modes of the error that are weighed, and samples that tell which these are.
-_MODES, _TRIAL = 18, 4096
+# Modes of the error that are weighed, of how many that are looked at, and samples that tell which these are.
+_MODES, _CONSIDERED, _TRIAL = 18, 256, 4096
 
 # Dimensions that integrands depend on together.
 _TIME, _LENS, _LIGHT, _PICK = ("t",), aperture.dims(0), ("light.u", "light.v"), ("light.pick",)
@@ -106,7 +106,7 @@ def _arrange(chosen, region, samples, seed, is_cancelled):
     if not chosen:
         return plan
     planned = min(samples, MOST_PLANNED)
-    weighed = error_modes(chosen, planned)
+    weighed = error_modes(chosen, planned, _MODES, _CONSIDERED)
 
     def fill(window):
         if is_cancelled():
@@ -128,7 +128,7 @@ def _arrange(chosen, region, samples, seed, is_cancelled):
 
 
 @functools.cache
-def error_modes(chosen, samples, count=_MODES):
+def error_modes(chosen, samples, count, considered):
     """The modes in which pixels differ most.
 
     Parameters
@@ -137,17 +137,17 @@ def error_modes(chosen, samples, count=_MODES):
         Of `shares`.
     samples : int
         Samples of each pixel.
-    count : int
-        How many modes.
+    count, considered : int
+        How many modes, of how many that the variance of single samples is blamed on.
 
     Returns
     -------
     dict of tuple to float
         As `modes.features` takes it.
     """
-    total = modes.variances(chosen)
+    likely = modes.largest(modes.variances(chosen), considered)
     ranks = np.arange(max(_TRIAL // samples, 256), dtype=np.uint32)
-    return modes.strongest(total, numbers(total, ranks, samples, samples), count)
+    return modes.strongest(likely, numbers(likely, ranks, samples, samples), count)
 
 
 def numbers(chosen, ranks, samples, sequence, first=0, lens_shift=None):
