@@ -22,18 +22,18 @@ _BY_SENSOR_IF_SQUARE = {"FISHEYE_EQUIDISTANT"}
 
 
 def check(scene, made):
-    """Raise `Refused` if sub-renders cannot be seen through this camera object (or None) of the scene."""
+    """Raise `Refused` if sub-frames cannot be seen through this camera object (or None) of the scene."""
     osl_camera.check_is_camera(made)
     data = made.data
     if data.type == "CUSTOM":
         raise Refused(
-            f'Camera "{made.name}" is custom (OSL), of which sub-renders cannot take single pixels; '
+            f'Camera "{made.name}" is custom (OSL), of which sub-frames cannot take single pixels; '
             "use another lens type, or set Method to In Place"
         )
     if not _can_be_enlarged(data, Region.of_render(scene.render), scene.render) and not with_osl():
         kind = data.bl_rna.properties["panorama_type"].enum_items[data.panorama_type].name
         raise Refused(
-            f'Camera "{made.name}" is panoramic ({kind}), which sub-renders give by Open Shading Language only; '
+            f'Camera "{made.name}" is panoramic ({kind}), which sub-frames give by Open Shading Language only; '
             "use another camera, or set Method to In Place"
         )
 
@@ -48,7 +48,7 @@ def cameras(engine, scene):
         if made not in found:
             if any(made.data == other.data for other in found):
                 raise Refused(
-                    f'Cameras that share the data "{made.data.name}" cannot be rendered together by sub-renders; '
+                    f'Cameras that share the data "{made.data.name}" cannot be rendered together by sub-frames; '
                     "make it a single user, or set Method to Gather"
                 )
             found.append(made)
@@ -92,7 +92,7 @@ def aim(written, made, render, region, side, first, lens_numbers=None):
 def _stops_down(made, render):
     """Whether the lens is open, and a pinhole at one of its points sees what that point does.
 
-    Otherwise Cycles' own lens stays: all pixels of a sub-render draw the same point there, too, that of the sequence.
+    Otherwise Cycles' own lens stays: all pixels of a sub-frame draw the same point there, too, that of the sequence.
     """
     dof, stereo = made.data.dof, made.data.stereo
     # Blender turns eyes that toe in where they stand.

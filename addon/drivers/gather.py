@@ -11,7 +11,6 @@ import tempfile
 import time
 
 import bpy
-import numpy as np
 
 from ..blender.display import InOrder
 from ..blender.refusal import Refused
@@ -156,7 +155,6 @@ def _filtered(session, frame, plan, clean, views, folder):
     count, limit = frame.sampling.samples, frame.sampling.time_limit
     start = time.monotonic()
     first, sums = None, None
-    everywhere = np.ones(frame.region.size[::-1], np.float32)
     for sample in range(count):
         late = limit and time.monotonic() - start > limit
         if first and (late or session.engine.test_break()):
@@ -171,5 +169,5 @@ def _filtered(session, frame, plan, clean, views, folder):
         light = steps.without_noise(session, picture, clean, sample, 1).light
         if first is None:
             first, sums = picture, Reconstruction(frame.filter, *light.shape)
-        sums.add(light, where, everywhere / count)
+        sums.add(light, where)
     return first.with_light(sums.pixels())

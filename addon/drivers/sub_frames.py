@@ -59,7 +59,7 @@ def render(session, frame):
     passes.add_divisors(session.engine, session.layer)
     if frame.tile is not None:
         return pattern_cells.render(session, frame)
-    sampled, is_blurred = frame.sampling, frame.use.motion_blur
+    sampled = frame.sampling
     plan = sub_frame_plan.make(
         sampled.samples,
         frame.sub_frames,
@@ -67,14 +67,14 @@ def render(session, frame):
         sampled.frame_seed,
         one_by_one=frame.filter is not None,
     )
-    return _SubFrames(session, frame, plan, is_blurred, "Sub-Frame").picture(), layers.facts(frame, session.layer_name)
+    return _SubFrames(session, frame, plan).picture(), layers.facts(frame, session.layer_name)
 
 
 class _SubFrames(Shots):
     """Shots by Cycles' own lens and filter, unless that is ours."""
 
-    def __init__(self, session, frame, plan, *more):
-        super().__init__(session, frame, plan, *more)
+    def __init__(self, session, frame, plan):
+        super().__init__(session, frame, plan)
         self._seed = frame.sampling.frame_seed % 2**31
         # Cycles cannot make a box as narrow as a pixel of the film is in a cell's picture.
         is_wide = plan.side > 1 and session.scene.cycles.pixel_filter_type == "BOX"

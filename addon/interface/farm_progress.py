@@ -49,7 +49,7 @@ class Progress:
 
     def _read(self, stats, *_):
         """Read what the engine says of itself: Cycles of one call, a method that calls it many times of all."""
-        match = re.search(r"(Sample|Sub-Frame|Sub-Render) (\d+)/(\d+)", stats)
+        match = re.search(r"(Sample|Sub-Frame) (\d+)/(\d+)", stats)
         if match and (match[1] != "Sample" or int(match[3]) == self._samples):
             self._tell(int(match[2]) / int(match[3]))
 
