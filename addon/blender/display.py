@@ -31,7 +31,7 @@ class InOrder:
     Parameters
     ----------
     region : Region
-    plan : plan.Plan
+    plan : Plan
     """
 
     def __init__(self, region, plan):

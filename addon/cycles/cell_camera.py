@@ -63,7 +63,7 @@ def aim(written, made, render, region, side, first, lens_numbers=None):
     written : Overwritten
     made : bpy.types.Object
     render : bpy.types.RenderSettings
-    region : addon.region.Region
+    region : Region
     side : int
         Pixels of the film from one pixel of the raster to the next.
     first : float array, shape (2,)

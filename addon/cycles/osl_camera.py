@@ -162,7 +162,7 @@ def replace(written, scene, views, region, plan_path):
         The *evaluated* scene; it and its cameras' data are written to.
     views : dict of str to View
         As of `views`.
-    region : addon.region.Region
+    region : Region
         The pixels that are rendered.
     plan_path : str
         Image with the plan (`plan_image.write`).
@@ -201,7 +201,7 @@ def enlarge(written, data, render, region, side):
     data : bpy.types.Camera
         Evaluated.  Its shift must be set afterwards.
     render : bpy.types.RenderSettings
-    region : addon.region.Region
+    region : Region
         The pixels that are rendered.
     side : int
         How many times as large.

@@ -46,7 +46,7 @@ def shares(use):
 
     Parameters
     ----------
-    use : analysis.SceneUse
+    use : SceneUse
 
     Returns
     -------
@@ -186,8 +186,8 @@ def drawn(plan, region, sequence):
 
     Parameters
     ----------
-    plan : plan.Plan
-    region : addon.region.Region
+    plan : Plan
+    region : Region
     sequence : int
         Samples a pixel of Cycles' whole sequence.
 

@@ -9,10 +9,10 @@ makes the visible error smallest,
 
     E = sum over p, q of G(p - q) sum over modes m of f_m(p) f_m(q),
 
-which is DESIGN's spectral criterion: f_m are cosine modes of the samples' parameters (`addon.modes`), and G is the
-autocorrelation of the low-pass through which the picture is seen (Mitchell 1991, section 5: the parameters of samples
-inside any disc of the image should be a high-frequency pattern, jointly and in each marginal).  Coarse blocks stand for
-the means of their samples, and are seen through a low-pass of their own size.
+where f_m are cosine modes of the samples' parameters (`plan.modes`), and G is the autocorrelation of the low-pass
+through which the picture is seen (Mitchell 1991, section 5: the parameters of samples inside any disc of the image
+should be a high-frequency pattern, jointly and in each marginal).  Coarse blocks stand for the means of their samples,
+and are seen through a low-pass of their own size.
 
 Dimensions that are not looked at keep Cycles' stratification, since the blocks are kept, and gain a little: two points
 that follow each other in the sequence complement each other best, so permutations that would put such a pair on a
@@ -68,7 +68,7 @@ def arrange(features, count, ranks, inside):
     Parameters
     ----------
     features : iterable of float32 arrays, shape (height, width)
-        One for each mode, of the samples in Cycles' own order (`addon.modes.features`).  Height and width, and the
+        One for each mode, of the samples in Cycles' own order (`modes.features`).  Height and width, and the
         absolute coordinates of the first pixel, are multiples of `ALIGNMENT`.
     count : int
         How many modes there are.

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Cosine modes of a sample's parameters: the ways in which integrands vary.
 
-The error that a pattern of samples leaves in each mode tells its error for all integrands (Mitchell 1991, section 5;
-DESIGN, section 4); the modes that are strong in pictures vary along few parameters, and slowly.
+The error that a pattern of samples leaves in each mode tells its error for all integrands (Mitchell 1991, section 5);
+the modes that are strong in pictures vary along few parameters, and slowly.
 """
 
 import functools
@@ -64,7 +64,7 @@ def features(chosen, numbers):
     chosen : dict of tuple to float
         Modes and their variances, of `variances`.
     numbers : dict of str to uint8 array, shape (samples, ...)
-        Leading bytes of the samples' parameters, by dimension (`cycles_random.leading_bytes`).
+        Leading bytes of the samples' parameters, by dimension (`random_numbers.leading_bytes`).
 
     Yields
     ------

@@ -26,7 +26,7 @@ def make(tile, dims, region, samples, seed, is_cancelled=lambda: False):
     tile : generator.Tile
     dims : tuple of str
         The tile's dimensions that the scene uses.
-    region : addon.region.Region
+    region : Region
     samples : int
         Samples a pixel to match.
     seed : int
@@ -36,7 +36,7 @@ def make(tile, dims, region, samples, seed, is_cancelled=lambda: False):
 
     Returns
     -------
-    plan.Plan
+    Plan
 
     Raises
     ------

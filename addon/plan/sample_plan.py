@@ -74,7 +74,7 @@ class Plan:
 
         Parameters
         ----------
-        region : addon.region.Region
+        region : Region
 
         Returns
         -------
