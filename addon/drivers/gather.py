@@ -18,7 +18,7 @@ from ..blender.region import bands
 from ..cycles import aperture, clipping, dicing, osl_camera, passes, plan_image, sampling, shading
 from ..farm import layers
 from ..picture.reconstruction import Reconstruction, positions
-from ..plan import arranged_plan, pattern_plan, patterns
+from ..plan import arranged_plan, pattern_plan
 from . import checks, steps
 
 # Cycles' Depth where nothing was hit (kernel/film, pass accessor).
@@ -116,16 +116,13 @@ def render(session, frame):
 
 def _planned(engine, frame):
     """The plan of a frame, and the tile that it follows, or None."""
-    tile, use, sampled = frame.tile, frame.use, frame.sampling
-    seed = sampled.frame_seed % 2**31
-    if tile is None and use.is_direct and use.dims and sampled.samples == 1:
-        # Nothing but the tile's own dimensions is left to chance, and the rest need not be spared.
-        tile = patterns.spectral(use.dims)
-    if tile is None:
-        return arranged_plan.make(use, frame.region, sampled.samples, seed, engine.test_break), None
-    tile = aperture.fitted(tile, use.blades)
+    use, region, samples = frame.use, frame.region, frame.sampling.samples
+    seed = frame.sampling.frame_seed % 2**31
+    if frame.tile is None:
+        return arranged_plan.make(use, region, samples, seed, engine.test_break), None
+    tile = aperture.fitted(frame.tile, use.blades)
     dims = tuple(name for name in use.dims if name in tile.dims)
-    return pattern_plan.make(tile, dims, frame.region, sampled.samples, seed, engine.test_break), tile
+    return pattern_plan.make(tile, dims, region, samples, seed, engine.test_break), tile
 
 
 def _sampling(frame, seed):

@@ -150,7 +150,7 @@ def error_modes(chosen, samples, count, considered):
     return modes.strongest(likely, numbers(likely, ranks, samples, samples), count)
 
 
-def numbers(chosen, ranks, samples, sequence, first=0, lens_shift=None):
+def numbers(chosen, ranks, samples, sequence, first=0):
     """What modes depend on, at some samples of each pixel's share of the sequence.
 
     Parameters
@@ -161,8 +161,6 @@ def numbers(chosen, ranks, samples, sequence, first=0, lens_shift=None):
         Of the pixels (`random_numbers.pixel_ranks`).
     samples, sequence, first : int
         How many samples, of how many, from which on.
-    lens_shift : dict of str to uint8 array, shape ranks.shape, optional
-        What is added to Cycles' lens numbers, in 256ths.
 
     Returns
     -------
@@ -172,13 +170,8 @@ def numbers(chosen, ranks, samples, sequence, first=0, lens_shift=None):
     steps = np.arange(first, first + samples, dtype=np.uint32).reshape(-1, *(1,) * ranks.ndim)
     index = ranks * np.uint32(sequence) + steps
 
-    def draw(dims):
-        values = random_numbers.leading_bytes(index, dims)
-        for name in values.keys() & (lens_shift or {}).keys():
-            values[name] += lens_shift[name]
-        return values
-
-    return aperture.leading_bytes({name for mode in chosen for name, _ in mode}, draw)
+    dims = {name for mode in chosen for name, _ in mode}
+    return aperture.leading_bytes(dims, lambda own: random_numbers.leading_bytes(index, own))
 
 
 def drawn(plan, region, sequence):
@@ -195,11 +188,10 @@ def drawn(plan, region, sequence):
     -------
     callable
     """
-    ranks, lens_shift = plan.at_film(region)
+    ranks = plan.ranks_at_film(region)
 
     def found(pixels, chosen, samples, first):
-        shift = {name: values[pixels] for name, values in lens_shift.items()}
-        return numbers(chosen, ranks[pixels], samples, sequence, first, shift)
+        return numbers(chosen, ranks[pixels], samples, sequence, first)
 
     return found
 

@@ -69,8 +69,8 @@ class Plan:
         row += column
         return replace(self, film=row)
 
-    def at_film(self, region):
-        """What Cycles draws at each film pixel.
+    def ranks_at_film(self, region):
+        """Which part of Cycles' sequence each film pixel of a region gets.
 
         Parameters
         ----------
@@ -78,20 +78,15 @@ class Plan:
 
         Returns
         -------
-        ranks : uint32 array, shape (height, width)
-            Of `random_numbers.pixel_ranks`.
-        lens_shift : dict of str to uint8 array, shape (height, width)
-            What our camera adds to the lens numbers, in 256ths; empty if nothing.
+        uint32 array, shape (height, width)
+            As of `random_numbers.pixel_ranks`.
         """
         x, y = (np.arange(size) + corner for size, corner in zip(region.size, region.corner, strict=True))
-        shape = len(y), len(x)
         ranks = np.empty(self.film.size, np.uint32)
         for band in bands(len(y)):
             served = self.film[band.start * self.width : band.stop * self.width]
             ranks[served] = random_numbers.pixel_ranks(x[None, :], y[band, None], self.seed).ravel()
-        shifts = {} if self.lens_shift is None else dict(zip(("lens.u", "lens.v"), self.lens_shift.T, strict=True))
-        moved = {name: scattered((256.0 * shift).astype(np.uint8), self.film) for name, shift in shifts.items()}
-        return ranks.reshape(shape), {name: shift.reshape(shape) for name, shift in moved.items()}
+        return ranks.reshape(len(y), len(x))
 
 
 def scattered(pixels, film):
