@@ -88,7 +88,7 @@ def render(session, frame):
     engine = session.engine
     views = osl_camera.views(engine, session.scene)
     engine.update_stats("", "Planning samples")
-    plan, tile = _planned(engine, frame)
+    plan = _planned(engine, frame)
     if plan.miss:
         engine.report({"INFO"}, f"Cycles' numbers miss the tile's by, on average: {plan.miss}")
     steps.add_guides(session, frame)
@@ -108,21 +108,20 @@ def render(session, frame):
                 picture = _filtered(session, frame, plan, clean, views, folder)
             else:
                 engine.shown = InOrder(frame.region, plan)
-                picture = steps.without_noise(
-                    session, _in_order(session, plan, views), clean, 0, frame.sampling.samples
-                )
-    return picture, layers.facts(frame, session.layer_name, plan, tile)
+                picture = _in_order(session, plan, views)
+                picture = steps.without_noise(session, picture, clean, 0, frame.sampling.samples)
+    return picture, layers.facts(frame, session.layer_name, plan, frame.tile)
 
 
 def _planned(engine, frame):
-    """The plan of a frame, and the tile that it follows, or None."""
+    """The plan of a frame."""
     use, region, samples = frame.use, frame.region, frame.sampling.samples
     seed = frame.sampling.frame_seed % 2**31
     if frame.tile is None:
-        return arranged_plan.make(use, region, samples, seed, engine.test_break), None
+        return arranged_plan.make(use, region, samples, seed, engine.test_break)
     tile = aperture.fitted(frame.tile, use.blades)
     dims = tuple(name for name in use.dims if name in tile.dims)
-    return pattern_plan.make(tile, dims, region, samples, seed, engine.test_break), tile
+    return pattern_plan.make(tile, dims, region, samples, seed, engine.test_break)
 
 
 def _sampling(frame, seed):
