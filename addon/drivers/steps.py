@@ -6,7 +6,6 @@ from ..blender.refusal import Refused
 from ..cycles import denoiser, passes
 from ..picture import control_variates
 from ..picture.picture import Picture
-from ..plan import arranged_plan
 
 
 def pictured(session, answer):
@@ -25,7 +24,7 @@ def known_noise(frame, plan):
     """What subtracts the noise that the numbers of a plan explain, of `control_variates.of_picture`; or None."""
     if not frame.noise_reduction:
         return None
-    return control_variates.of_picture(frame.use, arranged_plan.drawn(plan, frame.region, frame.sampling.samples))
+    return control_variates.of_picture(frame.use, plan, frame.region, frame.sampling.samples)
 
 
 def without_noise(session, picture, clean, first, count):

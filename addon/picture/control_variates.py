@@ -53,28 +53,33 @@ _ALIKE = 1e-3
 _TINY = np.float32(1e-20)
 
 
-def of_picture(use, drawn):
+def of_picture(use, plan, region, sequence):
     """What takes the explained noise out of a picture.
 
     Parameters
     ----------
     use : SceneUse
-    drawn : callable
-        Pixels, modes, number of samples, first one -> the `numbers` of `without_noise`.
+    plan : Plan
+        By which it was rendered.
+    region : Region
+    sequence : int
+        Samples a pixel of Cycles' whole sequence.
 
     Returns
     -------
     callable or None
-        A picture (`Picture`, of one view) by the plan, first sample, number of samples -> picture.  None if nothing is
-        left to chance.
+        A picture (`Picture`, of one view), first sample, number of samples -> picture.  None if nothing is left to
+        chance.
     """
     sources = tuple(arranged_plan.shares(use))
     if not sources:
         return None
 
+    ranks = plan.ranks_at_film(region)
+
     def cleaned(picture, first, samples):
         def numbers(pixels, chosen):
-            return drawn(pixels, chosen, samples, first)
+            return arranged_plan.numbers(chosen, ranks[pixels], samples, sequence, first)
 
         keys = picture.radiance_keys
         lights = [picture.light_of(key)[:3] for key in keys]

@@ -169,31 +169,8 @@ def numbers(chosen, ranks, samples, sequence, first=0):
     """
     steps = np.arange(first, first + samples, dtype=np.uint32).reshape(-1, *(1,) * ranks.ndim)
     index = ranks * np.uint32(sequence) + steps
-
     dims = {name for mode in chosen for name, _ in mode}
     return aperture.leading_bytes(dims, lambda own: random_numbers.leading_bytes(index, own))
-
-
-def drawn(plan, region, sequence):
-    """What Cycles draws at the film pixels of a plan, as `control_variates.of_picture` takes it.
-
-    Parameters
-    ----------
-    plan : Plan
-    region : Region
-    sequence : int
-        Samples a pixel of Cycles' whole sequence.
-
-    Returns
-    -------
-    callable
-    """
-    ranks = plan.ranks_at_film(region)
-
-    def found(pixels, chosen, samples, first):
-        return numbers(chosen, ranks[pixels], samples, sequence, first)
-
-    return found
 
 
 def _aligned(part, start):

@@ -120,11 +120,11 @@ def test_large_regions_reuse_one_plan():
 def test_pixels_at_the_edge_see_all_numbers_alike():
     """Over many plans they get no number more often than others, though nothing is arranged beyond them."""
     lights = SceneUse(motion_blur=False, lens=False, lights=2, bounces=False, glow=False)
-    seen, everywhere, wave = region(24, 24), (slice(None), slice(None)), (("light.u", 2),)
+    seen, wave = region(24, 24), (("light.u", 2),)
     means = []
     for seed in range(400):
-        draw = arranged_plan.drawn(arranged_plan.make(lights, seen, 2, 5 * seed), seen, 2)
-        (found,) = modes.waves([wave], draw(everywhere, [wave], 2, 0))
+        ranks = arranged_plan.make(lights, seen, 2, 5 * seed).ranks_at_film(seen)
+        (found,) = modes.waves([wave], arranged_plan.numbers([wave], ranks, 2, 2))
         means.append((found[0].mean(), found[1].mean()))
     error = np.mean(means, axis=0) / (np.std(means, axis=0) / len(means) ** 0.5)
     assert np.abs(error).max() < 4.5
