@@ -56,11 +56,10 @@ def _time(scene: SceneFile, deviation: float) -> str:
     generator = np.random.default_rng(0)
     picture = generator.random((4, height, width), np.float32)
     where = generator.integers(0, 65536, (2, height, width), np.uint16)
-    weight = np.full((height, width), 1.0 / samples, np.float32)
     sums = Reconstruction(Filter("GAUSSIAN", 6.0 * deviation), 4, height, width)
     start = time.perf_counter()
     for _ in range(samples):
-        sums.add(picture, where, weight)
+        sums.add(picture, where)
     sums.pixels()
     seconds = time.perf_counter() - start
     return (

@@ -10,18 +10,21 @@ import pytest
 bpy = pytest.importorskip("bpy", reason="these tests run inside Blender's Python module")
 np = pytest.importorskip("numpy")
 
+import generator  # noqa: E402
+from addon.interface import forecast  # noqa: E402
 from tests import rendering  # noqa: E402
 
 pytestmark = pytest.mark.skipif(not Path("/proc/self/statm").exists(), reason="Linux tells how much memory is in use")
 
-#: Names of the methods, and what else is set with each.
+#: What renders are like: how they are rendered then, samples a pixel, and settings of ours.
 WAYS = (
-    {"method": "IN_PLACE"},
-    {"method": "GATHER"},
-    {"method": "AUTO"},
-    {"method": "AUTO", "filter": "GAUSSIAN"},
-    {"method": "SUB_FRAMES", "sub_frames": 2},
-    {"method": "AUTO", "pattern": "SPECTRAL"},
+    ("IN_PLACE", 1, {}),
+    ("ROUNDS", 16, {}),
+    ("GATHER", 2, {"method": "GATHER"}),
+    ("GATHER", 2, {"filter": "GAUSSIAN"}),
+    ("GATHER", 1, {"pattern": "SPECTRAL"}),
+    ("SUB_FRAMES", 2, {"method": "SUB_FRAMES", "sub_frames": 8}),
+    ("SUB_FRAMES", 1, {"method": "SUB_FRAMES", "pattern": "FILE"}),
 )
 
 
@@ -38,7 +41,7 @@ def left():
     return blocks, handlers, threading.active_count(), len(os.listdir("/proc/self/fd")), os.listdir(bpy.app.tempdir)
 
 
-def measure(renders, first):
+def measure(renders, first, folder):
     """Slope of memory in use after the first renders, in kilobytes a render of any method."""
     scene = rendering.empty_scene(24, 18)
     rendering.spin(rendering.add_plane(5, rendering.diffuse(), location=(0, 0, 1)), 40)
@@ -47,15 +50,19 @@ def measure(renders, first):
     rendering.add_camera().data.dof.use_dof = True
     scene.render.use_motion_blur = True
     settings = scene.spectral_tiles
-    settings.enabled = True
-    defaults = {name: getattr(settings, name) for way in WAYS for name in way}
+    settings.enabled, settings.pattern_path = True, str(folder / "tile.npz")
+    tile = generator.make_tile("white", 4, ("t", "lens.u", "lens.v"), seed=1)
+    generator.save_tile(tile, settings.pattern_path)
+    defaults = {name: getattr(settings, name) for *_, chosen in WAYS for name in chosen}
     used, before = [], None
     for number in range(renders):
-        way = WAYS[number % len(WAYS)]
-        for name, value in (defaults | way).items():
+        expected, samples, chosen = WAYS[number % len(WAYS)]
+        for name, value in (defaults | chosen).items():
             setattr(settings, name, value)
-        scene.cycles.samples = 1 + number % 2
-        scene.cycles.seed = number
+        scene.cycles.samples, scene.cycles.seed = samples, number
+        # Every other time around the denoiser is called, too.
+        scene.cycles.use_denoising = bool(number // len(WAYS) % 2)
+        assert forecast.chosen(scene, bpy.context.view_layer).method == expected
         bpy.ops.render.render()
         if number == first:
             before = left()
@@ -67,10 +74,10 @@ def measure(renders, first):
     return (halves[1] - halves[0]) / (len(used) / 2)
 
 
-def test_some_renders(extension):
-    assert measure(60, 30) < 500  # few renders tell little
+def test_some_renders(extension, tmp_path):
+    assert measure(60, 30, tmp_path) < 500  # few renders tell little
 
 
 @pytest.mark.fuzz
-def test_many_renders(extension):
-    assert measure(500, 50) < 50
+def test_many_renders(extension, tmp_path):
+    assert measure(500, 50, tmp_path) < 50

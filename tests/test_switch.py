@@ -256,6 +256,30 @@ def test_two_copies(alone, extension, tmp_path, first):
     bpy.ops.render.render()
 
 
+def test_upgrade_in_a_running_blender(alone):
+    """What Blender does: the old version goes, with its modules, and the new one comes under the same name."""
+    name, left = "extension_that_is_upgraded", None
+    build_scene()
+    for version in range(3):
+        module = copy_of_the_extension(name)
+        module.register()
+        settings = bpy.context.scene.spectral_tiles
+        assert version == 0 or (settings.method, settings.sub_frames) == ("GATHER", 9)
+        settings.method, settings.sub_frames, settings.pattern = "GATHER", 9, "AUTO"
+        renders(bpy.context.scene)
+        settings.pattern = "FILE"
+        with pytest.raises(RuntimeError, match="No pattern file is set"):
+            renders(bpy.context.scene)
+        module.unregister()
+        for known in [known for known in sys.modules if known.partition(".")[0] == name]:
+            del sys.modules[known]
+        bpy.ops.render.render()
+        assert_same(cycles_as_it_is(), alone)
+        handlers = [len(found) for found in bpy.app.handlers if isinstance(found, list)]
+        assert left in (None, handlers)
+        left = handlers
+
+
 def test_gone_while_it_renders(extension, tmp_path):
     """Blender goes on, and so does Cycles."""
     build_scene()

@@ -2,7 +2,7 @@
 """What the image editor shows while a picture is rendered: its pixels in order.
 
 Blender lets the engine draw there.  Cycles would draw its own pixels: those of GATHER are out of order, and a
-sub-render is a small picture in a corner.  Everything is drawn in linear light, in pixels of the full frame.  Textures
+sub-frame is a small picture in a corner.  Everything is drawn in linear light, in pixels of the full frame.  Textures
 live for one drawing only: an engine, and what it holds, is freed by the thread that renders, which has no graphics
 context.
 """
@@ -31,7 +31,7 @@ class InOrder:
     Parameters
     ----------
     region : Region
-    plan : plan.Plan
+    plan : Plan
     """
 
     def __init__(self, region, plan):

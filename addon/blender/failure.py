@@ -25,13 +25,13 @@ def report(engine, message):
 
 
 def attempt(engine, action, *arguments):
-    """What `action` returns; None if it raises anything, which is shown as the render's error.
+    """Call `action`; whatever it raises is shown as the render's error.
 
     Where something went wrong that was not refused goes to the console.  Nothing is raised: Blender would keep the
     error, and by it the engine, which it frees.
     """
     try:
-        return action(engine, *arguments)
+        action(engine, *arguments)
     except Refused as refused:
         report(engine, str(refused))
     except Cancelled:
@@ -41,7 +41,6 @@ def attempt(engine, action, *arguments):
     except Exception as error:
         traceback.print_exc()
         report(engine, f"Spectral Tiles failed, see the console: {type(error).__name__}: {error}")
-    return None
 
 
 def _fail(folder):

@@ -12,20 +12,18 @@ class Progress:
     engine : bpy.types.RenderEngine
     count : int
         Calls that the picture takes.
-    noun : str
-        What the user knows one of them by.
     """
 
-    def __init__(self, engine, count, noun):
+    def __init__(self, engine, count):
         self.done = 0
-        self._engine, self._count, self._noun = engine, count, noun
+        self._engine, self._count = engine, count
         self._told = self._loaded = time.monotonic()
 
     def step(self):
         """Another one is done; return what to show beside the picture so far, if it is time to, or None."""
         self.done += 1
         now = time.monotonic()
-        line = f"{self._noun} {self.done}/{self._count}"
+        line = f"Sub-Frame {self.done}/{self._count}"
         if self.done == 1:
             self._loaded = now  # the first one also loads Cycles' kernels
         elif self.done < self._count:

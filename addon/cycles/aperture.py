@@ -30,7 +30,7 @@ def leading_bytes(names, draw):
     Parameters
     ----------
     names : iterable of str
-        Dimensions of Cycles' numbers (`cycles_random.DIMENSIONS`), or of `dims`.
+        Dimensions of Cycles' numbers (`random_numbers.DIMENSIONS`), or of `dims`.
     draw : callable
         List of dimensions of Cycles' numbers -> dict of dimension to uint8 array: their leading bytes.
 

@@ -1,8 +1,10 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Where a camera's film lies and how large it is (`blender_camera_viewplane()` of Blender's `blender/camera.cpp`)."""
+"""Where a camera's film lies, how large it is, and how wide its lens (Cycles' `blender/camera.cpp`)."""
 
 import math
 from typing import NamedTuple
+
+import numpy as np
 
 
 class Film(NamedTuple):
@@ -23,22 +25,41 @@ class Film(NamedTuple):
     eye_shift: float
 
 
+def sides(region, render):
+    """Width and height of the frame, float array, to be compared."""
+    return np.multiply(region.frame, (render.pixel_aspect_x, render.pixel_aspect_y))
+
+
+def is_horizontal(data, region, render):
+    """Whether the sensor's size is the film's width."""
+    width, height = sides(region, render)
+    return width > height if data.sensor_fit == "AUTO" else data.sensor_fit == "HORIZONTAL"
+
+
+def sensor(data):
+    """Size of the sensor along the side that counts, in millimetres."""
+    return data.sensor_height if data.sensor_fit == "VERTICAL" else data.sensor_width
+
+
+def lens_radius(data):
+    """Radius of the open lens, in units of the scene."""
+    radius = 1.0 / (2.0 * max(data.dof.aperture_fstop, 1e-5))
+    return radius if data.type == "ORTHO" else 1e-3 * data.lens * radius
+
+
 def of_camera(data, render, region):
     """Film of a camera's data, for a frame of a region's size."""
-    width, height = region.frame
-    pixel_aspect = render.pixel_aspect_x, render.pixel_aspect_y
-    x_ratio, y_ratio = width * pixel_aspect[0], height * pixel_aspect[1]
-    horizontal = x_ratio > y_ratio if data.sensor_fit == "AUTO" else data.sensor_fit == "HORIZONTAL"
-    sensor = data.sensor_height if data.sensor_fit == "VERTICAL" else data.sensor_width
+    x_ratio, y_ratio = sides(region, render)
+    horizontal, film_sensor = is_horizontal(data, region, render), sensor(data)
     aspect = x_ratio / y_ratio if horizontal else y_ratio / x_ratio
     if data.type == "PANO":
-        sensor_size = (sensor, sensor / aspect) if horizontal else (sensor / aspect, sensor)
+        sensor_size = (film_sensor, film_sensor / aspect) if horizontal else (film_sensor / aspect, film_sensor)
         corner, size = _panorama_plane(data, sensor_size)
         shifted = (corner[0] + data.shift_x * size[0], corner[1] + data.shift_y * size[1])
         return Film(data.panorama_type, shifted, size, 0.0)
     half_x, half_y = (aspect, 1.0) if horizontal else (1.0, aspect)
     orthographic = data.type == "ORTHO"
-    scale = data.ortho_scale / (2.0 * aspect) if orthographic else 0.5 * sensor / data.lens / aspect
+    scale = data.ortho_scale / (2.0 * aspect) if orthographic else 0.5 * film_sensor / data.lens / aspect
     middle_x, middle_y = 2.0 * aspect * data.shift_x, 2.0 * aspect * data.shift_y
     # BKE_camera_multiview_shift_x
     stereo = data.stereo

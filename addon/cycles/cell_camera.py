@@ -11,7 +11,7 @@ from cycles.engine import with_osl
 
 from ..blender.refusal import Refused
 from ..blender.region import Region
-from . import exposure, osl_camera
+from . import camera_film, exposure, osl_camera
 
 # Panoramas whose film Cycles itself can make larger than the frame: by the sensor's size, or by the range that is seen.
 # (That of an equirectangular one ends at the poles; the others have no number for it in `kernel/camera/projection.h`.)
@@ -22,25 +22,20 @@ _BY_SENSOR_IF_SQUARE = {"FISHEYE_EQUIDISTANT"}
 
 
 def check(scene, made):
-    """Raise `Refused` if sub-renders cannot be seen through this camera object (or None) of the scene."""
-    if made is None:
-        raise Refused("Cannot render, no camera in the scene")
-    if made.type != "CAMERA":
-        raise Refused(f'"{made.name}" is not a camera; make a camera object the scene\'s camera')
+    """Raise `Refused` if sub-frames cannot be seen through this camera object (or None) of the scene."""
+    osl_camera.check_is_camera(made)
     data = made.data
     if data.type == "CUSTOM":
         raise Refused(
-            f'Camera "{made.name}" is custom (OSL), of which sub-renders cannot take single pixels; '
+            f'Camera "{made.name}" is custom (OSL), of which sub-frames cannot take single pixels; '
             "use another lens type, or set Method to In Place"
         )
-    if not _can_be_enlarged(data, Region.of_render(scene.render).frame, scene.render) and not with_osl():
+    if not _can_be_enlarged(data, Region.of_render(scene.render), scene.render) and not with_osl():
         kind = data.bl_rna.properties["panorama_type"].enum_items[data.panorama_type].name
         raise Refused(
-            f'Camera "{made.name}" is panoramic ({kind}), which sub-renders give by Open Shading Language only; '
+            f'Camera "{made.name}" is panoramic ({kind}), which sub-frames give by Open Shading Language only; '
             "use another camera, or set Method to In Place"
         )
-    if scene.render.use_motion_blur and scene.cycles.rolling_shutter_type != "NONE":
-        raise Refused("A rolling shutter cannot be rendered by sub-renders; set it to None, or set Method to In Place")
 
 
 def cameras(engine, scene):
@@ -53,7 +48,7 @@ def cameras(engine, scene):
         if made not in found:
             if any(made.data == other.data for other in found):
                 raise Refused(
-                    f'Cameras that share the data "{made.data.name}" cannot be rendered together by sub-renders; '
+                    f'Cameras that share the data "{made.data.name}" cannot be rendered together by sub-frames; '
                     "make it a single user, or set Method to Gather"
                 )
             found.append(made)
@@ -68,7 +63,7 @@ def aim(written, made, render, region, side, first, lens_numbers=None):
     written : Overwritten
     made : bpy.types.Object
     render : bpy.types.RenderSettings
-    region : addon.region.Region
+    region : Region
     side : int
         Pixels of the film from one pixel of the raster to the next.
     first : float array, shape (2,)
@@ -80,15 +75,14 @@ def aim(written, made, render, region, side, first, lens_numbers=None):
     # Shift counts in widths (or heights) of the sensor, but of the frame in a panorama.
     span = np.ones(2)
     if data.type != "PANO":
-        ratio = _ratio(frame, render)
-        horizontal = ratio[0] > ratio[1] if data.sensor_fit == "AUTO" else data.sensor_fit == "HORIZONTAL"
-        span = ratio / ratio[0 if horizontal else 1]
+        sides = camera_film.sides(region, render)
+        span = sides / sides[0 if camera_film.is_horizontal(data, region, render) else 1]
     # Raster position p shows the film position first + side * (p - raster).
     raster = np.add(region.corner, 0.5)
     shift = (data.shift_x, data.shift_y) + span * ((first + side * (0.5 * frame - raster)) / frame - 0.5)
     if lens_numbers is not None and _stops_down(made, render):
         shift = shift - _stop_down(written, made, lens_numbers)
-    if _can_be_enlarged(data, frame, render):
+    if _can_be_enlarged(data, region, render):
         _enlarge(written, data, side)
     elif side > 1:
         osl_camera.enlarge(written, data, render, region, side)
@@ -98,7 +92,7 @@ def aim(written, made, render, region, side, first, lens_numbers=None):
 def _stops_down(made, render):
     """Whether the lens is open, and a pinhole at one of its points sees what that point does.
 
-    Otherwise Cycles' own lens stays: all pixels of a sub-render draw the same point there, too, that of the sequence.
+    Otherwise Cycles' own lens stays: all pixels of a sub-frame draw the same point there, too, that of the sequence.
     """
     dof, stereo = made.data.dof, made.data.stereo
     # Blender turns eyes that toe in where they stand.
@@ -109,10 +103,7 @@ def _stops_down(made, render):
 def _stop_down(written, made, lens_numbers):
     """Close the lens but for one point; return by how much to move the film, in the units of shift."""
     data, distance = made.data, _focus_distance(made)
-    radius = 1.0 / (2.0 * max(data.dof.aperture_fstop, 1e-5))
-    if data.type != "ORTHO":
-        radius *= 1e-3 * data.lens
-    point = np.append(radius * exposure.lens_points(lens_numbers, data.dof), 0.0)
+    point = np.append(camera_film.lens_radius(data) * exposure.lens_points(lens_numbers, data.dof), 0.0)
     matrix = made.matrix_world.copy()
     axes = np.array(matrix.normalized().to_3x3())
     if data.type == "ORTHO":
@@ -125,9 +116,8 @@ def _stop_down(written, made, lens_numbers):
         shift = np.zeros(2)
     else:
         # What is in focus must not move in the picture.
-        sensor = data.sensor_height if data.sensor_fit == "VERTICAL" else data.sensor_width
         moved = point
-        shift = point[:2] / distance * data.lens / sensor
+        shift = point[:2] / distance * data.lens / camera_film.sensor(data)
     for row in range(3):
         matrix[row][3] += axes[row] @ moved
     written.keep(made, "location", "rotation_euler", "rotation_quaternion", "rotation_axis_angle", "scale")
@@ -136,24 +126,18 @@ def _stop_down(written, made, lens_numbers):
     return shift
 
 
-def _ratio(frame, render):
-    """Width and height of the frame, to be compared."""
-    return np.multiply(frame, (render.pixel_aspect_x, render.pixel_aspect_y))
-
-
-def _can_be_enlarged(data, frame, render):
+def _can_be_enlarged(data, region, render):
     """Whether Cycles itself can make the film of this camera larger than the frame."""
-    ratio = _ratio(frame, render)
-    by_sensor = _BY_SENSOR | (_BY_SENSOR_IF_SQUARE if ratio[0] == ratio[1] else set())
+    width, height = camera_film.sides(region, render)
+    by_sensor = _BY_SENSOR | (_BY_SENSOR_IF_SQUARE if width == height else set())
     return data.type != "PANO" or data.panorama_type in by_sensor | _BY_RANGE
 
 
 def _enlarge(written, data, side):
     """Make the film so many times larger; with the sensor also the distance between the films of a stereo pair."""
     if data.type == "PANO" and data.panorama_type in _BY_SENSOR_IF_SQUARE:
-        sensor = data.sensor_height if data.sensor_fit == "VERTICAL" else data.sensor_width
         terms = {f"fisheye_polynomial_k{power}": 0.0 for power in range(5)}
-        terms["fisheye_polynomial_k1"] = -data.fisheye_fov / sensor
+        terms["fisheye_polynomial_k1"] = -data.fisheye_fov / camera_film.sensor(data)
         written.set(data, panorama_type="FISHEYE_LENS_POLYNOMIAL", **terms)
     if data.type != "PANO" or data.panorama_type in _BY_SENSOR:
         written.set(data, sensor_width=side * data.sensor_width, sensor_height=side * data.sensor_height)

@@ -45,10 +45,9 @@ def check(scene, layer):
 
 
 def add_guides(engine, layer_name):
-    """Add the passes that guide the denoiser to a view layer's result; return their names."""
+    """Add the passes that guide the denoiser to a view layer's result."""
     engine.add_pass(_ALBEDO, 3, "RGB", layer=layer_name)
     engine.add_pass(_NORMAL, 3, "XYZ", layer=layer_name)
-    return [_ALBEDO, _NORMAL]
 
 
 def denoise(scene, layer, region, passes):

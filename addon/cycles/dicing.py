@@ -13,7 +13,7 @@ def user_camera(session, cameras):
     """Make Cycles dice adaptive subdivision by a camera as the user made it, for the time of a `with` block.
 
     A custom camera does not tell it the size of a pixel (`Camera::world_to_raster_size` of Cycles), that of a
-    sub-render tells another one.
+    sub-frame tells another one.
 
     Parameters
     ----------

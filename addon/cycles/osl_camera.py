@@ -43,12 +43,17 @@ def _shader():
     return bytecode, hashlib.md5(bytecode.encode(), usedforsecurity=False).hexdigest()
 
 
-def check(scene, camera):
-    """Raise `Refused` if a plan cannot drive this camera object (or None) in this scene."""
+def check_is_camera(camera):
+    """Raise `Refused` if the scene's camera is no camera object, or None."""
     if camera is None:
         raise Refused("Cannot render, no camera in the scene")
     if camera.type != "CAMERA":
         raise Refused(f'"{camera.name}" is not a camera; make a camera object the scene\'s camera')
+
+
+def check(scene, camera):
+    """Raise `Refused` if a plan cannot drive this camera object (or None) in this scene."""
+    check_is_camera(camera)
     if camera.data.type == "CUSTOM":
         raise Refused(
             f'Camera "{camera.name}" has a custom lens (OSL), whose place the camera of Spectral Tiles has to take; '
@@ -157,7 +162,7 @@ def replace(written, scene, views, region, plan_path):
         The *evaluated* scene; it and its cameras' data are written to.
     views : dict of str to View
         As of `views`.
-    region : addon.region.Region
+    region : Region
         The pixels that are rendered.
     plan_path : str
         Image with the plan (`plan_image.write`).
@@ -196,7 +201,7 @@ def enlarge(written, data, render, region, side):
     data : bpy.types.Camera
         Evaluated.  Its shift must be set afterwards.
     render : bpy.types.RenderSettings
-    region : addon.region.Region
+    region : Region
         The pixels that are rendered.
     side : int
         How many times as large.
@@ -213,9 +218,6 @@ def enlarge(written, data, render, region, side):
 
 def _lens(data, film):
     """What `camera.osl` has to know about a camera's lens."""
-    lens_radius = 1.0 / (2.0 * max(data.dof.aperture_fstop, 1e-5)) if data.dof.use_dof else 0.0
-    if data.type != "ORTHO":
-        lens_radius *= 1e-3 * data.lens
     return {
         "projection": film.projection,
         "plane_corner": (*film.corner, 0.0),
@@ -228,7 +230,7 @@ def _lens(data, film):
         "bend_4": data.fisheye_polynomial_k4,
         # Cycles clips a panorama along the ray, as it does a custom camera.
         "near_clip": 0.0 if data.type == "PANO" else data.clip_start,
-        "aperture": lens_radius,
+        "aperture": camera_film.lens_radius(data) if data.dof.use_dof else 0.0,
         "aperture_stretch": 1.0 / data.dof.aperture_ratio,
         "blades": float(data.dof.aperture_blades) if data.dof.aperture_blades >= 3 else 0.0,
         "blade_rotation": data.dof.aperture_rotation,

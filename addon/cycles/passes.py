@@ -104,25 +104,17 @@ def aov_types(layer):
 
 
 def add_divisors(engine, layer):
-    """Add those colours to the passes of a view layer that its light is divided by; without them it cannot be mixed.
-
-    Returns
-    -------
-    list of str
-        Names of the passes that were added.
-    """
-    added = missing_divisors(layer)
-    for name in added:
+    """Add those colours to the passes of a view layer that its light is divided by; without them it cannot be mixed."""
+    for name in _missing_divisors(layer):
         engine.add_pass(name, 3, "RGB", layer=layer.name)
-    return added
 
 
 def can_be_mixed(layer):
     """Whether the light of a view layer can be multiplied again: no AOV bears the name of a colour that is missing."""
-    return aov_types(layer).keys().isdisjoint(missing_divisors(layer))
+    return aov_types(layer).keys().isdisjoint(_missing_divisors(layer))
 
 
-def missing_divisors(layer):
+def _missing_divisors(layer):
     """Names of the colours that light of a view layer is divided by, and that are not among its passes."""
     missing = []
     for of in ("diffuse", "glossy", "transmission"):

@@ -6,7 +6,7 @@ part of it it gets.  So the numbers of a render are a known function of (pixel, 
 plan can say which film position each of them should serve.
 
 Sources: Cycles 5.2 `kernel/sample/pattern.h`, `sobol_burley.h`, `util.h`, `util/hash.h`, `scene/integrator.cpp`.
-`tests/addon/test_cycles_random.py` renders a probe scene and compares, so a Blender release that changes its sampler
+`tests/cycles/test_random_numbers.py` renders a probe scene and compares, so a Blender release that changes its sampler
 fails a test instead of silently spoiling pictures.
 """
 

@@ -24,10 +24,6 @@ class Sampling:
         Samples that a pixel takes at least before the threshold is asked; 0 is automatic.
     time_limit : float
         Seconds of a render; 0 for none.
-    seed : int
-        As the user set it.
-    frame : int or None
-        The frame that the pattern changes with; None if it does not.
     frame_seed : int
         That Cycles renders the frame with.
     """
@@ -38,8 +34,6 @@ class Sampling:
     threshold: float | None
     least: int
     time_limit: float
-    seed: int
-    frame: int | None
     frame_seed: int
 
     @classmethod
@@ -61,8 +55,6 @@ class Sampling:
             threshold=settings.adaptive_threshold if settings.use_adaptive_sampling else None,
             least=settings.adaptive_min_samples,
             time_limit=settings.time_limit,
-            seed=settings.seed,
-            frame=scene.frame_current if settings.use_animated_seed else None,
             frame_seed=animated_seed(settings.seed, scene.frame_current, scene.frame_subframe)
             if settings.use_animated_seed
             else settings.seed,

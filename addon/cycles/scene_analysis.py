@@ -12,7 +12,7 @@ from .scene_use import SceneUse
 _MOST_INSTANCES = 5000
 
 # Data that say something.
-_KINDS = (bpy.types.Light, bpy.types.Material, bpy.types.World, bpy.types.Volume)
+_KINDS = (bpy.types.Light, bpy.types.Material, bpy.types.World)
 
 
 class Emitters(NamedTuple):
@@ -25,13 +25,10 @@ class Emitters(NamedTuple):
         to chance.
     glow : bool
         Whether any of them is not a lamp.
-    other_chance : bool
-        As of `SceneUse`.
     """
 
     lights: int
     glow: bool
-    other_chance: bool
 
 
 def emitters(depsgraph):
@@ -45,14 +42,12 @@ def emitters(depsgraph):
         if kind := kinds[type(data)]:
             datas[kind].append(data)
     lamps = _lamps(depsgraph, datas[bpy.types.Light])
-    glowing, other_chance, groups = 0, bool(datas[bpy.types.Volume]), {}
+    glowing, groups = 0, {}
     for data in datas[bpy.types.Material] + datas[bpy.types.World]:
-        found = shader_nodes.shading(data.node_tree, groups)
-        other_chance = other_chance or found.other_chance
         plain = data.node_tree is None and isinstance(data, bpy.types.World) and any(data.color)
-        glowing += (found.emits or plain) and _is_sampled(data)
+        glowing += (plain or shader_nodes.emit(data.node_tree, groups)) and _is_sampled(data)
     only_a_point = len(lamps) == 1 and not glowing and _is_point(lamps[0])
-    return Emitters(0 if only_a_point else len(lamps) + glowing, glowing > 0, other_chance)
+    return Emitters(0 if only_a_point else len(lamps) + glowing, glowing > 0)
 
 
 def scene_use(depsgraph, found=None):
@@ -82,7 +77,6 @@ def scene_use(depsgraph, found=None):
         and any((cycles.diffuse_bounces, cycles.glossy_bounces, cycles.transmission_bounces, cycles.volume_bounces)),
         glow=found.glow,
         blades=camera.data.dof.aperture_blades if lens and camera.data.dof.aperture_blades >= 3 else 0,
-        other_chance=found.other_chance or cycles.use_fast_gi,
     )
 
 

@@ -20,9 +20,6 @@ class SceneUse:
         Whether any emitter is not a lamp, so that scattered rays find much of the light.
     blades : int
         Of the lens; 0 if it is round, or a pinhole.
-    other_chance : bool
-        Whether anything else draws random numbers, or may: volumes, transparency, subsurface scattering, ambient
-        occlusion, and whatever the analysis does not know.
     """
 
     motion_blur: bool
@@ -31,12 +28,6 @@ class SceneUse:
     bounces: bool
     glow: bool
     blades: int = 0
-    other_chance: bool = False
-
-    @property
-    def is_direct(self):
-        """Whether all light comes from lamps straight to what is seen, and nothing else is left to chance."""
-        return not (self.bounces or self.glow or self.other_chance)
 
     @property
     def dims(self):

@@ -5,7 +5,7 @@ With the sampling pattern 'TABULATED_SOBOL' and a scrambling distance of 0 every
 sequence, in every dimension of every bounce; Cycles' sample offset chooses k.  This module computes those points.
 
 Sources: Cycles 5.2 `scene/tabulated_sobol.cpp` (after Helmer, Christensen and Kensler, "Stochastic Generation of (t, s)
-Sample Sequences"), `kernel/sample/tabulated_sobol.h`, `util/hash.h`.  `tests/addon/test_shared_sequence.py` renders
+Sample Sequences"), `kernel/sample/tabulated_sobol.h`, `util/hash.h`.  `tests/cycles/test_shared_sequence.py` renders
 scenes that show the numbers, and compares.
 """
 

@@ -42,7 +42,7 @@ class Frame:
     filter : Filter or None
         What samples are spread by; None leaves that to Cycles.
     sub_frames : int
-        Moments of the shutter, where these are rendered one by one.
+        Moments of the shutter that are rendered one by one; 1 where the scene is rendered at once.
     aovs : dict of str to str
         Types, COLOR or VALUE, of the view layer's AOVs by name.
     """
@@ -77,7 +77,7 @@ class Frame:
             pattern=settings.pattern,
             tile=pattern_tile(scene, use.dims),
             filter=chosen_filter(settings),
-            sub_frames=settings.sub_frames,
+            sub_frames=moments(scene, layer),
             aovs=passes.aov_types(layer),
         )
 
@@ -93,21 +93,24 @@ def reduces_noise(settings, sampling, denoise):
         Whether the denoiser follows.
     """
     # Whoever chose a pattern wants to see what it does.
-    is_wanted = settings.noise_reduction and settings.pattern == "AUTO" and sampling.is_even
+    is_wanted = settings.noise_reduction and settings.pattern == "AUTO" and sampling.is_even and sampling.is_whole
     at_a_time = 1 if settings.filter != "AS_CYCLES" else sampling.samples
     few = FEW_DENOISED if denoise else FEW_SAMPLES
     return is_wanted and at_a_time <= (few if settings.method == "AUTO" else MOST_SAMPLES)
 
 
-def pattern_path(scene):
-    """Absolute path of a scene's pattern file, or an empty string."""
-    path = scene.spectral_tiles.pattern_path
-    return bpy.path.abspath(path, library=scene.library) if path else ""
+def moments(scene, layer):
+    """Moments of the shutter that a view layer is rendered at one by one; 1 if it is rendered at once."""
+    settings = scene.spectral_tiles
+    moves = scene.render.use_motion_blur and layer.use_motion_blur
+    return settings.sub_frames if settings.method == "SUB_FRAMES" and moves else 1
 
 
 def pattern_tile(scene, dims=patterns.PROFILES["full"]):
     """The tile of a scene's pattern, as `patterns.tile`."""
-    return patterns.tile(scene.spectral_tiles.pattern, pattern_path(scene), dims)
+    settings = scene.spectral_tiles
+    path = settings.pattern_path and bpy.path.abspath(settings.pattern_path, library=scene.library)
+    return patterns.tile(settings.pattern, path, dims)
 
 
 def chosen_filter(settings):

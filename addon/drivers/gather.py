@@ -11,7 +11,6 @@ import tempfile
 import time
 
 import bpy
-import numpy as np
 
 from ..blender.display import InOrder
 from ..blender.refusal import Refused
@@ -19,7 +18,7 @@ from ..blender.region import bands
 from ..cycles import aperture, clipping, dicing, osl_camera, passes, plan_image, sampling, shading
 from ..farm import layers
 from ..picture.reconstruction import Reconstruction, positions
-from ..plan import arranged_plan, pattern_plan, patterns
+from ..plan import arranged_plan, pattern_plan
 from . import checks, steps
 
 # Cycles' Depth where nothing was hit (kernel/film, pass accessor).
@@ -89,15 +88,15 @@ def render(session, frame):
     engine = session.engine
     views = osl_camera.views(engine, session.scene)
     engine.update_stats("", "Planning samples")
-    plan, tile = _planned(engine, frame)
+    plan = _planned(engine, frame)
     if plan.miss:
         engine.report({"INFO"}, f"Cycles' numbers miss the tile's by, on average: {plan.miss}")
-    added = steps.add_guides(session, frame)
+    steps.add_guides(session, frame)
     if session.layer.use_pass_z and not session.layer.use_pass_position:
         engine.add_pass("Position", 3, "XYZ", layer=session.layer_name)
     if frame.filter or not frame.sampling.is_whole:
-        added += passes.add_divisors(engine, session.layer)
-    clean, noise = steps.known_noise(frame, plan, "GATHER", added)
+        passes.add_divisors(engine, session.layer)
+    clean = steps.known_noise(frame, plan)
     cameras = {view.camera: view.settings for view in views.values()}
     with tempfile.TemporaryDirectory(prefix="spectral_tiles_", dir=bpy.app.tempdir) as folder:
         image = os.path.join(folder, "plan.tif")
@@ -109,26 +108,20 @@ def render(session, frame):
                 picture = _filtered(session, frame, plan, clean, views, folder)
             else:
                 engine.shown = InOrder(frame.region, plan)
-                picture = steps.without_noise(
-                    session, _in_order(session, plan, views), clean, 0, frame.sampling.samples
-                )
-    return picture, layers.facts(frame, session.layer_name, plan, noise, tile)
+                picture = _in_order(session, plan, views)
+                picture = steps.without_noise(session, picture, clean, 0, frame.sampling.samples)
+    return picture, layers.facts(frame, session.layer_name, plan, frame.tile)
 
 
 def _planned(engine, frame):
-    """The plan of a frame, and the tile that it follows, or None."""
-    tile, use, sampled = frame.tile, frame.use, frame.sampling
-    if tile is None and use.is_direct and use.dims and sampled.samples == 1:
-        # Nothing but the tile's own dimensions is left to chance, and the rest need not be spared.
-        tile = patterns.spectral(use.dims)
-    if tile is None:
-        plan = arranged_plan.make(use, frame.region, sampled.samples, sampled.seed, sampled.frame, engine.test_break)
-        return plan, None
-    tile = aperture.fitted(tile, use.blades)
+    """The plan of a frame."""
+    use, region, samples = frame.use, frame.region, frame.sampling.samples
+    seed = frame.sampling.frame_seed % 2**31
+    if frame.tile is None:
+        return arranged_plan.make(use, region, samples, seed, engine.test_break)
+    tile = aperture.fitted(frame.tile, use.blades)
     dims = tuple(name for name in use.dims if name in tile.dims)
-    return pattern_plan.make(
-        tile, dims, frame.region, sampled.samples, sampled.frame_seed % 2**31, engine.test_break
-    ), tile
+    return pattern_plan.make(tile, dims, region, samples, seed, engine.test_break)
 
 
 def _sampling(frame, seed):
@@ -158,7 +151,6 @@ def _filtered(session, frame, plan, clean, views, folder):
     count, limit = frame.sampling.samples, frame.sampling.time_limit
     start = time.monotonic()
     first, sums = None, None
-    everywhere = np.ones(frame.region.size[::-1], np.float32)
     for sample in range(count):
         late = limit and time.monotonic() - start > limit
         if first and (late or session.engine.test_break()):
@@ -173,5 +165,5 @@ def _filtered(session, frame, plan, clean, views, folder):
         light = steps.without_noise(session, picture, clean, sample, 1).light
         if first is None:
             first, sums = picture, Reconstruction(frame.filter, *light.shape)
-        sums.add(light, where, everywhere / count)
+        sums.add(light, where)
     return first.with_light(sums.pixels())

@@ -26,14 +26,11 @@ def render(session, frame):
         Of `farm.layers.facts`.
     """
     plan = Plan.in_place(frame.sampling.frame_seed, frame.region)
-    added = []
     if not frame.sampling.is_whole and passes.can_be_mixed(session.layer):
-        added = passes.add_divisors(session.engine, session.layer)
-    guides = steps.add_guides(session, frame)
+        passes.add_divisors(session.engine, session.layer)
+    steps.add_guides(session, frame)
     samples = frame.sampling.samples
-    clean, noise = steps.known_noise(frame, plan, "IN_PLACE", [*added, *guides])
     session.set_sampling(**sampling.exactly(samples))
     picture = steps.pictured(session, session.call())
-    return steps.without_noise(session, picture, clean, 0, samples), layers.facts(
-        frame, session.layer_name, plan, noise
-    )
+    picture = steps.without_noise(session, picture, steps.known_noise(frame, plan), 0, samples)
+    return picture, layers.facts(frame, session.layer_name, plan)

@@ -26,7 +26,7 @@ def check_count(scene, layer):
     count = 0 if tile is None else tile.size**2 * Sampling.of_layer(scene, layer).samples
     if count > _MOST:
         raise Refused(
-            f"This pattern would take {count:,} sub-renders, for more than {_MOST:,} of which there is no plan; "
+            f"This pattern would take {count:,} sub-frames, for more than {_MOST:,} of which there is no plan; "
             "lower Max Samples, set Pattern to Automatic, or set Method to Gather"
         )
 
@@ -38,15 +38,15 @@ def render(session, frame):
     plan = cell_plan.following(tile, dims, sampled.samples, sampled.frame_seed % 2**31)
     groups = plan.groups(range(sampled.first, sampled.first + sampled.count))
     shots = SubFramePlan(plan.side, plan.count, groups)
-    picture = _Cells(session, frame, shots, use.motion_blur, "Sub-Render", plan).picture()
-    return picture, layers.facts(frame, session.layer_name, plan, "", tile)
+    picture = _Cells(session, frame, shots, plan).picture()
+    return picture, layers.facts(frame, session.layer_name, plan, tile)
 
 
 class _Cells(Shots):
     """Shots by the plan of a tile: all their random numbers are the same in all pixels."""
 
-    def __init__(self, session, frame, shots, is_blurred, noun, plan):
-        super().__init__(session, frame, shots, is_blurred, noun)
+    def __init__(self, session, frame, shots, plan):
+        super().__init__(session, frame, shots)
         self._plan = plan
         cycles = session.scene.cycles
         kind = "BOX" if frame.filter else cycles.pixel_filter_type

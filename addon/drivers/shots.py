@@ -25,17 +25,12 @@ class Shots:
     session : Session
     frame : Frame
     plan : SubFramePlan
-    is_blurred : bool
-        Whether shots have moments of their own.
-    noun : str
-        What the user knows a shot by.
     """
 
-    def __init__(self, session, frame, plan, is_blurred, noun):
+    def __init__(self, session, frame, plan):
         self.session, self.frame, self.plan = session, frame, plan
-        self._is_blurred = is_blurred
         self._standing = Standstill(session.depsgraph)
-        self._progress = Progress(session.engine, sum(map(len, plan.groups)), noun)
+        self._progress = Progress(session.engine, sum(map(len, plan.groups)))
         self._opening = None
 
     def sampling(self, shot):
@@ -78,11 +73,10 @@ class Shots:
         return picture if sums is None else picture.with_light(sums.pixels())
 
     def _spread(self, sums, group, picture):
-        """Add the light of a group to the filter's sums."""
+        """Add the light of a group, of a sample of each pixel, to the filter's sums."""
         light = picture.light
         sums = sums or Reconstruction(self.frame.filter, *light.shape)
-        share = np.full(light.shape[1:], group[0].count / self.frame.sampling.count, np.float32)
-        sums.add(light, self._positions(group), share)
+        sums.add(light, self._positions(group))
         return sums
 
     def _positions(self, group):
@@ -117,7 +111,7 @@ class Shots:
     def _render(self, shot, first, with_data):
         """Passes of a shot, in the lower left corner; `first` is the pixel of the region where it begins."""
         session, time = self.session, None
-        if self._is_blurred and shot.opening != self._opening:
+        if self.frame.use.motion_blur and shot.opening != self._opening:
             self._opening = shot.opening
             time = session.time + exposure.shutter_times(np.array(shot.opening), session.scene.render).mean()
         session.go_to(time, lambda written: self._aim(written, shot, first))

@@ -4,10 +4,8 @@
 from ..blender import failure
 from ..blender.refusal import Refused
 from ..cycles import denoiser, passes
-from ..farm import known_noise as noise
 from ..picture import control_variates
 from ..picture.picture import Picture
-from ..plan import arranged_plan
 
 
 def pictured(session, answer):
@@ -17,35 +15,16 @@ def pictured(session, answer):
 
 
 def add_guides(session, frame):
-    """Add the passes that guide the denoiser to the result, if the frame is to be denoised; return their names."""
-    return denoiser.add_guides(session.engine, session.layer_name) if frame.denoise else []
+    """Add the passes that guide the denoiser to the result, if the frame is to be denoised."""
+    if frame.denoise:
+        denoiser.add_guides(session.engine, session.layer_name)
 
 
-def known_noise(frame, plan, method, added):
-    """What subtracts the noise that known numbers explain.
-
-    Parameters
-    ----------
-    frame : Frame
-    plan : Plan
-    method : str
-        As `spectral_tiles.method` calls it.
-    added : list of str
-        Passes that the result has for being merged or denoised only.
-
-    Returns
-    -------
-    clean : callable or None
-        Of `control_variates.of_picture`; None leaves the noise in.
-    description : str
-        What a merge of layers must know to do it later (`known_noise.described`); else empty.
-    """
-    sampled = frame.sampling
+def known_noise(frame, plan):
+    """What subtracts the noise that the numbers of a plan explain, of `control_variates.of_picture`; or None."""
     if not frame.noise_reduction:
-        return None, ""
-    if not sampled.is_whole:
-        return None, noise.described(frame.use, frame.region, sampled, method, added)
-    return control_variates.of_picture(frame.use, arranged_plan.drawn(plan, frame.region, sampled.samples)), ""
+        return None
+    return control_variates.of_picture(frame.use, plan, frame.region, frame.sampling.samples)
 
 
 def without_noise(session, picture, clean, first, count):

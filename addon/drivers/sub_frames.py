@@ -12,13 +12,8 @@ from ..cycles.sampling import Sampling
 from ..farm import layers
 from ..plan import sub_frame_plan
 from . import checks, pattern_cells, steps
+from .frame import moments
 from .shots import Shots
-
-
-def _moments(scene, layer):
-    """Moments that a view layer is rendered at."""
-    moves = scene.render.use_motion_blur and layer.use_motion_blur
-    return scene.spectral_tiles.sub_frames if moves else 1
 
 
 def _aims(scene, layer):
@@ -26,7 +21,7 @@ def _aims(scene, layer):
     settings = scene.spectral_tiles
     if settings.pattern != "AUTO" or settings.filter != "AS_CYCLES":
         return True
-    return sub_frame_plan.side(max(1, Sampling.of_layer(scene, layer).samples), _moments(scene, layer)) > 1
+    return sub_frame_plan.side(max(1, Sampling.of_layer(scene, layer).samples), moments(scene, layer)) > 1
 
 
 def _check_camera(scene, layer):
@@ -64,22 +59,22 @@ def render(session, frame):
     passes.add_divisors(session.engine, session.layer)
     if frame.tile is not None:
         return pattern_cells.render(session, frame)
-    sampled, is_blurred = frame.sampling, frame.use.motion_blur
+    sampled = frame.sampling
     plan = sub_frame_plan.make(
         sampled.samples,
-        frame.sub_frames if is_blurred else 1,
+        frame.sub_frames,
         range(sampled.first, sampled.first + sampled.count),
         sampled.frame_seed,
         one_by_one=frame.filter is not None,
     )
-    return _SubFrames(session, frame, plan, is_blurred, "Sub-Frame").picture(), layers.facts(frame, session.layer_name)
+    return _SubFrames(session, frame, plan).picture(), layers.facts(frame, session.layer_name)
 
 
 class _SubFrames(Shots):
     """Shots by Cycles' own lens and filter, unless that is ours."""
 
-    def __init__(self, session, frame, plan, *more):
-        super().__init__(session, frame, plan, *more)
+    def __init__(self, session, frame, plan):
+        super().__init__(session, frame, plan)
         self._seed = frame.sampling.frame_seed % 2**31
         # Cycles cannot make a box as narrow as a pixel of the film is in a cell's picture.
         is_wide = plan.side > 1 and session.scene.cycles.pixel_filter_type == "BOX"

@@ -2,7 +2,6 @@
 """Layers of a frame and their merge."""
 
 __all__ = [
-    "known_noise",
     "layer_file",
     "layers",
     "merge",

@@ -14,8 +14,8 @@ from ..blender.refusal import Refused
 from ..cycles import passes
 from ..cycles.passes import Kind
 from ..plan.patterns import messages
-from . import known_noise, layers, seal
-from .layers import AOVS, NOISE, PLAN, PREFIX
+from . import layers, seal
+from .layers import AOVS, PLAN, PREFIX
 
 # Compression makes nothing smaller than by this: Deflate's limit.  Whatever is said to be more is not there.
 _MOST_PACKED = 1100
@@ -32,8 +32,9 @@ _FORMS = {
     "seed": r"-?\d{1,10}",
     "subset": r"\d{1,10} \d{1,10}",
     "pattern": r".{1,200}",
+    "sub_frames": r"\d{1,3}",
 }
-_OF_LAYERS = {PLAN: "[0-9a-f]{8}|none", NOISE: "none|.+", AOVS: ".+"}
+_OF_LAYERS = {PLAN: "[0-9a-f]{8}|none", AOVS: ".+"}
 
 
 class Channel(NamedTuple):
@@ -70,8 +71,6 @@ class LayerFile:
         Of all channels.
     divisors : dict of int to int
         By the numbers of channels whose light Cycles has divided, those of the colours by which.
-    noise : dict of str to known_noise.Description
-        Of the view layers whose known noise is still to be taken out.
     image : OpenImageIO.ImageInput
     """
 
@@ -84,7 +83,6 @@ class LayerFile:
     channels: list
     kinds: list
     divisors: dict
-    noise: dict
     image: object = field(repr=False)
 
     @classmethod
@@ -139,13 +137,7 @@ class LayerFile:
         known["size"] = "{} x {}".format(*size)
         known["window"] = "{0.x} {0.y} in {0.full_width} x {0.full_height}".format(specs[0])
         known["passes"] = ", ".join(f"{channel.view}:{channel}" for channel in channels)
-        noise = {}
-        for owner in owners:
-            if known[NOISE + owner] != "none":
-                noise[owner] = known_noise.Description.read(known[NOISE + owner], size, known)
-                if noise[owner] is None:
-                    raise _contradiction(path, f"{NOISE}{owner}", known[NOISE + owner])
-        return cls(path, known, first, count, samples, specs, channels, kinds, divisors, noise, image)
+        return cls(path, known, first, count, samples, specs, channels, kinds, divisors, image)
 
     @property
     def size(self):
@@ -256,13 +248,10 @@ def check_alike(files):
     """Raise `Refused` unless all are layers of one frame; return whether they also followed one plan."""
     exact = True
     for one, other in itertools.product(files[:1], files[1:]):
-        # What makes the noise differ is named first.
-        for name in sorted(one.known.keys() | other.known.keys(), key=lambda name: (name.startswith(NOISE), name)):
+        for name in sorted(one.known.keys() | other.known.keys()):
             values = [layer.known.get(name, "none") for layer in (one, other)]
             if values[0] == values[1] or name == "digest":
                 continue
-            if name.startswith(NOISE):
-                raise Refused(f"{both(other, one)} differ in Noise Reduction, or in what is left to chance")
             if not name.startswith(PLAN):
                 said = " and ".join(messages.one_line(value, 24) for value in reversed(values))
                 raise Refused(f"{both(other, one)} differ in {messages.one_line(name, 24)}: {said}")

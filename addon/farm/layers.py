@@ -14,14 +14,14 @@ import zlib
 import bpy
 
 from ..blender.refusal import Refused
-from . import known_noise, seal
+from . import seal
 
-#: In the header of a picture; a plan's digest, what is known of its noise, and its AOVs bear the view layer's name.
+#: In the header of a picture; a plan's digest and its AOVs bear the view layer's name.
 PREFIX = "spectral_tiles."
-PLAN, NOISE, AOVS = "plan.", "noise.", "aovs."
+PLAN, AOVS = "plan.", "aovs."
 
 #: Number of this form of facts; pictures with another one are not merged.
-FORMAT = 2
+FORMAT = 3
 
 
 def part(samples, layer, layers):
@@ -48,7 +48,7 @@ def file_of(path, layer, layers):
     return f"{os.path.splitext(path)[0]}_layer{layer}of{layers}.exr"
 
 
-def facts(frame, layer_name, plan=None, noise="", tile=None):
+def facts(frame, layer_name, plan=None, tile=None):
     """What `merge` must know of a render, to be written into its picture.
 
     Parameters
@@ -58,8 +58,6 @@ def facts(frame, layer_name, plan=None, noise="", tile=None):
         The view layer.
     plan : Plan or CellPlan, optional
         None where Cycles renders as if nobody had asked.
-    noise : str
-        Of `known_noise.described`; empty if known noise is not to be taken out when layers are merged.
     tile : generator.Tile, optional
         That the plan follows.
 
@@ -67,7 +65,6 @@ def facts(frame, layer_name, plan=None, noise="", tile=None):
     -------
     dict of str to str
     """
-    digest = "" if tile is None else f" {zlib.crc32(tile.values.tobytes()):08x}"
     return {
         seal.NAME.removeprefix(PREFIX): seal.OPEN,
         "format": str(FORMAT),
@@ -76,11 +73,16 @@ def facts(frame, layer_name, plan=None, noise="", tile=None):
         "samples": str(frame.sampling.samples),
         "seed": str(frame.sampling.frame_seed),
         "subset": f"{frame.sampling.first} {frame.sampling.count}",
-        "pattern": frame.pattern + digest,
-        f"{PLAN}{layer_name}": known_noise.digest(plan) if plan else "none",
-        f"{NOISE}{layer_name}": noise or "none",
+        "pattern": f"{frame.pattern} {_digest(tile.values.tobytes())}" if tile else frame.pattern,
+        "sub_frames": str(frame.sub_frames),
+        f"{PLAN}{layer_name}": _digest(plan.film) if plan else "none",
         f"{AOVS}{layer_name}": json.dumps(frame.aovs, sort_keys=True),
     }
+
+
+def _digest(numbers):
+    """What tells arrays apart, as eight hexadecimal digits."""
+    return f"{zlib.crc32(numbers):08x}"
 
 
 def aovs_of(text):

@@ -10,11 +10,10 @@ from ..blender import openimageio
 from ..blender.refusal import Refused
 from ..blender.region import bands
 from ..cycles.passes import Kind
-from ..picture.picture import Picture
 from ..plan.patterns import atomic_file, messages
-from . import known_noise, seal
+from . import seal
 from .layer_file import LayerFile, check_alike, check_complete, rows
-from .layers import PLAN, PREFIX
+from .layers import PREFIX
 
 # Facts of the layers' own renders, which say nothing about the merged picture.
 _OF_ONE_RENDER = re.compile(r"Date|RenderTime|cycles\..*time|openexr:chunkCount|oiio:subimages")
@@ -42,8 +41,7 @@ def merge(files, path):
         Samples a pixel of the frame.
     exact : bool
         Whether all layers followed one plan, so that the picture is that of one render.  Machines with another
-        processor or other libraries may round a plan's choices differently; the mean is then sound, but not the same,
-        and the noise that is known only from the plan stays in.
+        processor or other libraries may round a plan's choices differently; the mean is then sound, but not the same.
 
     Raises
     ------
@@ -65,7 +63,6 @@ def merge(files, path):
     weights = [layer.count / one.samples for layer in layers]
     for band in bands(height):
         merged[band] = _mean([layer.rows(band) for layer in layers], weights, one)
-    exact = exact and _take_out_noise(merged, one)
     _write(path, one, merged)
     return one.samples, exact
 
@@ -94,34 +91,6 @@ def _mean(pictures, weights, layer):
             raise Refused(f"{layer.path} cannot be merged: it has half a rank of Cryptomatte")
         total[..., order] = _cryptomatte([picture[..., order] for picture in pictures], weights)
     return total
-
-
-def _take_out_noise(merged, layer):
-    """Free a merged picture of known noise, in place; return whether that could be done where it was to be.
-
-    Parameters
-    ----------
-    merged : float32 array, shape (height, width, channels)
-        Rows from the top.
-    layer : LayerFile
-        Any.
-    """
-    height, width, _ = merged.shape
-    first_view = layer.channels[0].view
-    done = True
-    for view_layer, description in layer.noise.items():
-        places, kinds = {}, {}
-        for column, (channel, kind) in enumerate(zip(layer.channels, layer.kinds, strict=True)):
-            if channel.layer == view_layer and channel.view == first_view:
-                places.setdefault((channel.render_pass, first_view), []).append(column)
-                kinds[channel.render_pass] = kind
-        passes = {key: merged[::-1, :, place].reshape(height * width, -1) for key, place in places.items()}
-        picture = Picture(passes, kinds, (width, height))
-        clean = known_noise.taken_out(description, layer.samples, layer.known[PLAN + view_layer], picture)
-        for key, place in places.items() if clean else ():
-            merged[::-1, :, place] = clean.passes[key].reshape(height, width, -1)
-        done = done and clean is not None
-    return done
 
 
 def _cryptomatte(pictures, weights):

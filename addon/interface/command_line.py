@@ -122,7 +122,7 @@ def _render(options):
     rendered = []
     with Progress(len(frames)) as progress:
         for frame in frames:
-            progress.begin(f"frame {frame}")
+            progress.begin(f"frame {frame}", sampling.count)
             start = time.perf_counter()
             scene.frame_set(frame)
             path = _picture_path(scene, frame, len(frames) == 1, options)

@@ -36,7 +36,7 @@ def compare(scene, samples, reference_samples, folder, tell):
     folder : str
         Receives ``cycles`` and ``spectral_tiles`` as .exr and .png.
     tell : callable
-        Is given the name of each of the four renders before it starts.
+        Is given name and samples a pixel of each of the four renders before it starts.
 
     Returns
     -------
@@ -64,10 +64,10 @@ def compare(scene, samples, reference_samples, folder, tell):
     pictures, halves = {}, []
     with atomic_file.unfinished_folder(folder) as unfinished:
         for enabled, name in RENDERS.items():
-            tell(name)
+            tell(name, samples)
             pictures[name] = _render(scene, enabled, samples, seed, os.path.join(unfinished, name))
         for half, half_seed in enumerate(_REFERENCE_SEEDS):
-            tell("reference")
+            tell("reference", reference_samples)
             stem = os.path.join(unfinished, f"reference {half}")
             halves.append(_render(scene, False, reference_samples, half_seed, stem))
             for ending in (".exr", ".png"):

@@ -4,7 +4,9 @@
 ``openjd_progress: 42`` is in percent; ``openjd_status: frame 3, 2 of 10`` tells what is rendered.
 """
 
-from . import picture_files
+import re
+
+import bpy
 
 
 class Percent:
@@ -21,28 +23,35 @@ class Percent:
 
 
 class Progress:
-    """Lines for a farm about pictures that take equally long."""
+    """Lines for a farm about pictures that take equally long, inside a `with` block."""
 
     def __init__(self, pictures):
         self._pictures = pictures
         self._begun = 0
+        self._samples = 0
         self._percent = Percent()
-        self._reading = picture_files.sample_progress(self._tell)
 
     def __enter__(self):
-        self._reading.__enter__()
+        bpy.app.handlers.render_stats.append(self._read)
         return self
 
     def __exit__(self, *exception):
-        self._reading.__exit__(*exception)
+        bpy.app.handlers.render_stats.remove(self._read)
         if exception[0] is None:
             self._tell(1.0)
 
-    def begin(self, name):
-        """Start the next picture."""
+    def begin(self, name, samples):
+        """Start the next picture, of so many samples a pixel."""
         self._begun += 1
+        self._samples = samples
         print(f"openjd_status: {name}, {self._begun} of {self._pictures}", flush=True)
         self._tell(0.0)
+
+    def _read(self, stats, *_):
+        """Read what the engine says of itself: Cycles of one call, a method that calls it many times of all."""
+        match = re.search(r"(Sample|Sub-Frame) (\d+)/(\d+)", stats)
+        if match and (match[1] != "Sample" or int(match[3]) == self._samples):
+            self._tell(int(match[2]) / int(match[3]))
 
     def _tell(self, part):
         self._percent.tell((self._begun - 1 + part) / self._pictures)

@@ -18,7 +18,7 @@ class _Cancelled(Exception):
     """The user stopped the generator."""
 
 
-class Job:
+class Job(threading.Thread):
     """A tile in the making.
 
     Attributes
@@ -32,23 +32,14 @@ class Job:
     """
 
     def __init__(self, path, **parameters):
+        super().__init__(name="Generate Pattern")
         self.fraction = 0.0
         self.cancelled = False
         self.error = None
         self._path = generator.tile_file.check_path(path)
         self._parameters = parameters
-        self._thread = threading.Thread(target=self._run, name="Generate Pattern")
 
-    def start(self):
-        self._thread.start()
-
-    def is_running(self):
-        return self._thread.is_alive()
-
-    def wait(self):
-        self._thread.join()
-
-    def _run(self):
+    def run(self):
         try:
             generator.save_tile(generator.make_tile(**self._parameters, progress=self._report), self._path)
         except _Cancelled:
@@ -105,7 +96,7 @@ class SPECTRAL_TILES_OT_generate_pattern(bpy.types.Operator, ExportHelper):
             return {"CANCELLED"}
         job.start()
         if bpy.app.background:
-            job.wait()
+            job.join()
             return self._finish(context)
         self._timer = context.window_manager.event_timer_add(0.2, window=context.window)
         context.window_manager.modal_handler_add(self)
@@ -118,7 +109,7 @@ class SPECTRAL_TILES_OT_generate_pattern(bpy.types.Operator, ExportHelper):
             for area in window.screen.areas:
                 if area.type == "PROPERTIES":
                     area.tag_redraw()
-        if job.is_running():
+        if job.is_alive():
             return {"PASS_THROUGH"}
         context.window_manager.event_timer_remove(self._timer)
         return self._finish(context)
@@ -159,7 +150,7 @@ def stop():
     global job
     if job is not None:
         job.cancelled = True
-        job.wait()
+        job.join()
         job = None
 
 

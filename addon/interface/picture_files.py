@@ -284,24 +284,6 @@ def _can_be_read(path):
     return part > 0
 
 
-@contextlib.contextmanager
-def sample_progress(tell):
-    """Call `tell` with the part of the current picture that is done, from 0 to 1, inside a `with` block."""
-
-    def read(stats):
-        match = re.search(r"Sample (\d+)/(\d+)|Sub-render (\d+) of (\d+)", stats)
-        done, count = (int(number) for number in match.groups() if number) if match else (0, 0)
-        # A picture of several Cycles renders counts each one's single sample.
-        if count > 1:
-            tell(done / count)
-
-    bpy.app.handlers.render_stats.append(read)
-    try:
-        yield
-    finally:
-        bpy.app.handlers.render_stats.remove(read)
-
-
 def _one_line(error):
     """The first of the reports that an operator's error is made of; an engine's error is reported twice."""
     return str(error).strip().splitlines()[0].removeprefix("Error: ")

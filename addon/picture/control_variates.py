@@ -20,7 +20,6 @@ Estimation Rule and Its Competitors" (1973)).
 """
 
 import concurrent.futures
-import functools
 import os
 from dataclasses import dataclass
 
@@ -30,13 +29,10 @@ from ..plan import arranged_plan, modes
 from . import noise_blocks
 from .surroundings import Surroundings, opaque
 
-# Modes that may explain something, and how many of them are used.  And samples a pixel beyond which what is left to
-# explain is not worth the time.
-_CANDIDATES, _MODES = 24, 8
+# Modes that may explain something, of how many that are looked at, and how many of them are used.  And samples a pixel
+# beyond which what is left to explain is not worth the time.
+_CANDIDATES, _CONSIDERED, _MODES = 24, 48, 8
 MOST_SAMPLES = 16
-
-# Samples that tell which modes several samples of a pixel leave.
-_TRIAL = 1024
 
 # Pixels that are worked at together, which take some 100 bytes each.
 _TOGETHER = 2**18
@@ -57,59 +53,43 @@ _ALIKE = 1e-3
 _TINY = np.float32(1e-20)
 
 
-def of_picture(use, drawn):
+def of_picture(use, plan, region, sequence):
     """What takes the explained noise out of a picture.
 
     Parameters
     ----------
     use : SceneUse
-    drawn : callable
-        Pixels, modes, number of samples, first one -> the `numbers` of `without_noise`.
+    plan : Plan
+        By which it was rendered.
+    region : Region
+    sequence : int
+        Samples a pixel of Cycles' whole sequence.
 
     Returns
     -------
     callable or None
-        A picture (`Picture`, of one view) by the plan, first sample, number of samples -> picture.  None if nothing is
-        left to chance.
+        A picture (`Picture`, of one view), first sample, number of samples -> picture.  None if nothing is left to
+        chance.
     """
     sources = tuple(arranged_plan.shares(use))
     if not sources:
         return None
 
+    ranks = plan.ranks_at_film(region)
+
     def cleaned(picture, first, samples):
         def numbers(pixels, chosen):
-            return drawn(pixels, chosen, samples, first)
+            return arranged_plan.numbers(chosen, ranks[pixels], samples, sequence, first)
 
         keys = picture.radiance_keys
         lights = [picture.light_of(key)[:3] for key in keys]
-        found = without_noise(lights, picture.opacity, numbers, candidates(sources, samples))
+        candidates = list(arranged_plan.error_modes(sources, samples, _CANDIDATES, _CONSIDERED))
+        found = without_noise(lights, picture.opacity, numbers, candidates)
         return picture.with_light_of(
             {key: new for key, old, new in zip(keys, lights, found, strict=True) if new is not old}
         )
 
     return cleaned
-
-
-@functools.cache
-def candidates(sources, samples):
-    """Modes that may explain noise.
-
-    Parameters
-    ----------
-    sources : tuple
-        Of `arranged_plan.shares`.
-    samples : int
-        Samples of each pixel.
-
-    Returns
-    -------
-    list of tuple
-    """
-    total = modes.variances(sources)
-    likely = dict(sorted(total.items(), key=lambda item: -item[1])[: 2 * _CANDIDATES])
-    ranks = np.arange(max(_TRIAL // samples, 256), dtype=np.uint32)
-    numbers = arranged_plan.numbers(likely, ranks, samples, samples)
-    return list(modes.strongest(likely, numbers, _CANDIDATES))
 
 
 def without_noise(lights, opacity, numbers, candidates):

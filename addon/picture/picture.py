@@ -92,23 +92,6 @@ class Picture:
         ends = np.cumsum([self.passes[key].shape[1] for key in keys])
         return self.with_light_of(dict(zip(keys, np.split(planes, ends[:-1]), strict=True)))
 
-    def cut(self, part):
-        """Some rows and columns, slices, of the picture."""
-        width, height = self.size
-        found = {key: pixels.reshape(height, width, -1)[part] for key, pixels in self.passes.items()}
-        rows, columns = (range(*side.indices(length)) for side, length in zip(part, (height, width), strict=True))
-        flat = {key: pixels.reshape(-1, pixels.shape[-1]) for key, pixels in found.items()}
-        return replace(self, passes=flat, size=(len(columns), len(rows)))
-
-    def pasted(self, picture, part):
-        """The picture with some rows and columns replaced by another of their size."""
-        width, height = self.size
-        passes = {key: pixels.copy() for key, pixels in self.passes.items()}
-        for key, pixels in picture.passes.items():
-            target = passes[key].reshape(height, width, -1)[part]
-            target[...] = pixels.reshape(target.shape)
-        return replace(self, passes=passes)
-
     def with_passes(self, passes):
         """The picture with some passes replaced or added, which must have a kind."""
         return replace(self, passes=self.passes | passes)

@@ -4,15 +4,6 @@
 Cycles itself moves each sample by a random offset drawn from the filter and averages what falls on a pixel, so a sample
 serves one pixel only.  Here positions are uniform, a sample is shared by all pixels around it, and the noise, which a
 plan makes blue, passes through the filter's low-pass (Mitchell 1991, section 3 and figure 2).
-
-Pixels may have different numbers of samples.  Mitchell 1987, section 4, shows that a plain weighted mean then gives
-dense spots too much weight, and filters in stages instead: means over cells, so that each piece of the film counts by
-its area, then the final filter.  With cells of one pixel, in which the density is even, the stages are one sum: pixel P
-has the mean of its n_P samples, weight 1 / n_P each, and to let each of these pass the final filter k at its own place,
-
-    sum over P of 1 / n_P sum over i in P of k(x - x_i) f(x_i)   with expectation   integral of k(x - s) f(s) ds,
-
-adds none of the blur that k at the cell's centre would.  The expectation does not depend on any n_P.
 """
 
 import concurrent.futures
@@ -144,27 +135,27 @@ class Reconstruction:
 
     def __init__(self, chosen, channels, height, width):
         self._filter = chosen
+        self._samples = 0
         # The last plane is the sum of the weights.
         self._sums = np.zeros((channels + 1, height, width), np.float32)
         self._positive = np.zeros_like(self._sums) if chosen.negative else self._sums
 
-    def add(self, radiance, where, weight):
-        """Add one sample of every pixel, or the mean of several in the same place.
+    def add(self, radiance, where):
+        """Add one sample of every pixel.
 
         Parameters
         ----------
         radiance : float32 array, shape (channels, height, width)
         where : uint16 array, shape (2, height, width)
             Of `positions`.
-        weight : float32 array, shape (height, width)
-            All samples of a pixel together weigh 1, so that pixels with many do not bleed into those with few.
         """
+        self._samples += 1
         height = radiance.shape[1]
         strips = [slice(top, min(top + _STRIP, height)) for top in range(0, height, _STRIP)]
         with concurrent.futures.ThreadPoolExecutor() as threads:
-            list(threads.map(lambda rows: self._add_to(rows, radiance, where, weight), strips))
+            list(threads.map(lambda rows: self._add_to(rows, radiance, where), strips))
 
-    def _add_to(self, rows, radiance, where, weight):
+    def _add_to(self, rows, radiance, where):
         """Add what the samples around a strip of pixels give to it."""
         reach = self._filter.reach
         _, height, width = radiance.shape
@@ -172,7 +163,7 @@ class Reconstruction:
         shifts = range(-reach, reach + 1)
         x, y = (where[:, first:last] + np.float32(0.5)) / np.float32(65536.0)
         along_x = {shift: self._filter(shift + np.float32(0.5) - x) for shift in shifts}
-        along_y = {shift: self._filter(shift + np.float32(0.5) - y) * weight[first:last] for shift in shifts}
+        along_y = {shift: self._filter(shift + np.float32(0.5) - y) for shift in shifts}
         for up, right in itertools.product(shifts, shifts):
             # A sample of pixel (y, x) gives to pixel (y + up, x + right).
             bottom, top = max(rows.start, up), min(rows.stop, height + up)
@@ -181,25 +172,24 @@ class Reconstruction:
                 continue
             source = slice(bottom - up, top - up), slice(left - right, stop - right)
             inner = slice(source[0].start - first, source[0].stop - first), source[1]
-            share = along_y[up][inner] * along_x[right][inner]
-            for sums, part in self._targets(share):
+            weight = along_y[up][inner] * along_x[right][inner]
+            targets = [(self._sums, weight)]
+            if self._filter.negative:
+                targets.append((self._positive, np.abs(weight)))
+            for sums, part in targets:
                 here = sums[:, bottom:top, left:stop]
                 here[:-1] += part * radiance[(slice(None), *source)]
                 here[-1] += part
-
-    def _targets(self, share):
-        yield self._sums, share
-        if self._filter.negative:
-            yield self._positive, np.abs(share)
 
     def pixels(self):
         """The picture, (channels, height, width).
 
         Dividing by the sum of the weights keeps a constant picture constant, up to the border.  Where lobes are
-        negative that sum can come close to zero; there what is missing to 1 is filled with the mean by the weights'
-        sizes.
+        negative that sum can come close to zero; there what is missing to 1 for each sample is filled with the mean by
+        the weights' sizes.
         """
         mean = self._positive[:-1] / np.maximum(self._positive[-1], 1e-20)
         if not self._filter.negative:
             return mean
-        return self._sums[:-1] + (1.0 - self._sums[-1]) * mean
+        whole = self._sums / np.float32(self._samples)
+        return whole[:-1] + (1.0 - whole[-1]) * mean

@@ -11,19 +11,14 @@ from ..blender.refusal import Cancelled
 from ..cycles import aperture, random_numbers
 from . import modes
 from .arrangement import ALIGNMENT, arrange
-from .sample_plan import LARGE, MOST_PLANNED, Plan, memory
+from .sample_plan import MOST_PLANNED, Plan, remembered
 
 # Blocks of the sequence are arranged within windows of this many pixels a side, a multiple of `ALIGNMENT`.  Windows
 # that are worked at take some 200 bytes a pixel, so at most one in `_SPREAD` is at a time.
 _WINDOW, _SPREAD = 256, 12
 
-# Modes of the error that are weighed, and samples that tell which these are.
-_MODES, _TRIAL = 18, 4096
-
-# Frames of an animation are arranged in groups of this many that complement each other, each knowing those before it;
-# the weight is what the group's mean counts beside the frame's own picture.
-GROUP, WEIGHT = 4, 0.5
-
+# Modes of the error that are weighed, of how many that are looked at, and samples that tell which these are.
+_MODES, _CONSIDERED, _TRIAL = 18, 256, 4096
 
 # Dimensions that integrands depend on together.
 _TIME, _LENS, _LIGHT, _PICK = ("t",), aperture.dims(0), ("light.u", "light.v"), ("light.pick",)
@@ -51,7 +46,7 @@ def shares(use):
 
     Parameters
     ----------
-    use : analysis.SceneUse
+    use : SceneUse
 
     Returns
     -------
@@ -78,69 +73,40 @@ def shares(use):
     ]
 
 
-def place_in_group(seed, frame):
-    """Which group of frames a frame belongs to.
+def make(use, region, samples, seed, is_cancelled=lambda: False):
+    """Plan for a frame; remembered as of `sample_plan.remembered`.
 
     Parameters
     ----------
-    seed : int
-    frame : int or None
-        None for a pattern that does not change with the frame.
-
-    Returns
-    -------
-    group, first_seed, place : int
-        The group's number, the Cycles seed of its first frame, and how many frames of it come before this one; each
-        frame's Cycles seed is one more than that before it.
-    """
-    group, place = (0, 0) if frame is None else divmod(frame - 1, GROUP)
-    return group, (seed + GROUP * group) % (2**31 - GROUP), place
-
-
-def make(use, region, samples, seed, frame=None, is_cancelled=lambda: False):
-    """Plan for a frame; remembered, so that other frames and seeds of a large region cost nothing.
-
-    Parameters
-    ----------
-    use : analysis.SceneUse
-    region : addon.region.Region
+    use : SceneUse
+    region : Region
     samples : int
         Samples a pixel.
     seed : int
-        Another seed gives another, equally good plan.
-    frame : int, optional
-        Of an animation whose pattern changes from frame to frame.  Those before it in its group are planned, too.
+        Another seed gives another, equally good plan; in [0, 2**31).
     is_cancelled : callable, optional
         Whether the user wants it no more; asked from several threads.
 
     Returns
     -------
-    plan.Plan
+    Plan
 
     Raises
     ------
     Cancelled
     """
     chosen = tuple(shares(use))
-    group, first_seed, place = place_in_group(seed, frame)
-    if region.pixels > LARGE:
-        first_seed = 0
-    plans = []
-    for cycles_seed in range(first_seed, first_seed + place + 1):
-        key = (chosen, region, samples, cycles_seed, len(plans))
-        plans.append(memory.get(key, lambda key=key: _arrange(*key[:-1], plans, is_cancelled)))
-    # Where nothing is beyond, samples find other places than in the middle; so any place may be there.
-    return plans[-1].moved(*np.random.default_rng((seed, group % 2**32)).integers(0, region.size))
+    return remembered(
+        (chosen, samples), region, seed, lambda own_seed: _arrange(chosen, region, samples, own_seed, is_cancelled)
+    )
 
 
-def _arrange(chosen, region, samples, cycles_seed, earlier, is_cancelled):
-    """The plan of a frame that complements those before it."""
-    plan = Plan.in_place(cycles_seed, region)
+def _arrange(chosen, region, samples, seed, is_cancelled):
+    plan = Plan.in_place(seed, region)
     if not chosen:
         return plan
-    width = plan.width
     planned = min(samples, MOST_PLANNED)
-    weighed = error_modes(chosen, planned)
+    weighed = error_modes(chosen, planned, _MODES, _CONSIDERED)
 
     def fill(window):
         if is_cancelled():
@@ -148,24 +114,10 @@ def _arrange(chosen, region, samples, cycles_seed, earlier, is_cancelled):
         y, x = (_aligned(part, start) for part, start in zip(window, region.corner[::-1], strict=True))
         y, x = y[:, None], x[None, :]
         inside = region.holds(x, y)
-        place = (y - region.corner[1]) * width + (x - region.corner[0])
-
-        def features(ranks):
-            return modes.features(weighed, numbers(weighed, ranks, planned, samples))
-
-        before = None
-        for other in earlier:
-            # Windows keep to themselves, so that those pixels of the film are served from here.
-            ranks = random_numbers.pixel_ranks(x, y, other.seed)
-            row, column = np.divmod(other.film[place[inside]], np.int32(width))
-            standing = ranks.copy()
-            standing[row + region.corner[1] - y[0], column + region.corner[0] - x[:, 0]] = ranks[inside]
-            if before is None:
-                before = np.zeros((len(weighed), *ranks.shape), np.float32)
-            for seen, feature in zip(before, features(standing), strict=True):
-                seen += np.float32(WEIGHT) * feature
-        ranks = random_numbers.pixel_ranks(x, y, plan.seed)
-        order = arrange(features(ranks), len(weighed), ranks, inside, before)
+        ranks = random_numbers.pixel_ranks(x, y, seed)
+        features = modes.features(weighed, numbers(weighed, ranks, planned, samples))
+        order = arrange(features, len(weighed), ranks, inside)
+        place = (y - region.corner[1]) * plan.width + (x - region.corner[0])
         plan.film[place.ravel()[order[inside]]] = place[inside]
 
     windows = region.windows(_WINDOW)
@@ -176,7 +128,7 @@ def _arrange(chosen, region, samples, cycles_seed, earlier, is_cancelled):
 
 
 @functools.cache
-def error_modes(chosen, samples, count=_MODES):
+def error_modes(chosen, samples, count, considered):
     """The modes in which pixels differ most.
 
     Parameters
@@ -185,20 +137,20 @@ def error_modes(chosen, samples, count=_MODES):
         Of `shares`.
     samples : int
         Samples of each pixel.
-    count : int
-        How many modes.
+    count, considered : int
+        How many modes, of how many that the variance of single samples is blamed on.
 
     Returns
     -------
     dict of tuple to float
         As `modes.features` takes it.
     """
-    total = modes.variances(chosen)
+    likely = modes.largest(modes.variances(chosen), considered)
     ranks = np.arange(max(_TRIAL // samples, 256), dtype=np.uint32)
-    return modes.strongest(total, numbers(total, ranks, samples, samples), count)
+    return modes.strongest(likely, numbers(likely, ranks, samples, samples), count)
 
 
-def numbers(chosen, ranks, samples, sequence, first=0, lens_shift=None):
+def numbers(chosen, ranks, samples, sequence, first=0):
     """What modes depend on, at some samples of each pixel's share of the sequence.
 
     Parameters
@@ -209,8 +161,6 @@ def numbers(chosen, ranks, samples, sequence, first=0, lens_shift=None):
         Of the pixels (`random_numbers.pixel_ranks`).
     samples, sequence, first : int
         How many samples, of how many, from which on.
-    lens_shift : dict of str to uint8 array, shape ranks.shape, optional
-        What is added to Cycles' lens numbers, in 256ths.
 
     Returns
     -------
@@ -219,37 +169,8 @@ def numbers(chosen, ranks, samples, sequence, first=0, lens_shift=None):
     """
     steps = np.arange(first, first + samples, dtype=np.uint32).reshape(-1, *(1,) * ranks.ndim)
     index = ranks * np.uint32(sequence) + steps
-
-    def draw(dims):
-        values = random_numbers.leading_bytes(index, dims)
-        for name in values.keys() & (lens_shift or {}).keys():
-            values[name] += lens_shift[name]
-        return values
-
-    return aperture.leading_bytes({name for mode in chosen for name, _ in mode}, draw)
-
-
-def drawn(plan, region, sequence):
-    """What Cycles draws at the film pixels of a plan, as `control_variates.of_picture` takes it.
-
-    Parameters
-    ----------
-    plan : plan.Plan
-    region : addon.region.Region
-    sequence : int
-        Samples a pixel of Cycles' whole sequence.
-
-    Returns
-    -------
-    callable
-    """
-    ranks, lens_shift = plan.at_film(region)
-
-    def found(pixels, chosen, samples, first):
-        shift = {name: values[pixels] for name, values in lens_shift.items()}
-        return numbers(chosen, ranks[pixels], samples, sequence, first, shift)
-
-    return found
+    dims = {name for mode in chosen for name, _ in mode}
+    return aperture.leading_bytes(dims, lambda own: random_numbers.leading_bytes(index, own))
 
 
 def _aligned(part, start):

@@ -9,10 +9,10 @@ makes the visible error smallest,
 
     E = sum over p, q of G(p - q) sum over modes m of f_m(p) f_m(q),
 
-which is DESIGN's spectral criterion: f_m are cosine modes of the samples' parameters (`addon.modes`), and G is the
-autocorrelation of the low-pass through which the picture is seen (Mitchell 1991, section 5: the parameters of samples
-inside any disc of the image should be a high-frequency pattern, jointly and in each marginal).  Coarse blocks stand for
-the means of their samples, and are seen through a low-pass of their own size.
+where f_m are cosine modes of the samples' parameters (`plan.modes`), and G is the autocorrelation of the low-pass
+through which the picture is seen (Mitchell 1991, section 5: the parameters of samples inside any disc of the image
+should be a high-frequency pattern, jointly and in each marginal).  Coarse blocks stand for the means of their samples,
+and are seen through a low-pass of their own size.
 
 Dimensions that are not looked at keep Cycles' stratification, since the blocks are kept, and gain a little: two points
 that follow each other in the sequence complement each other best, so permutations that would put such a pair on a
@@ -44,10 +44,6 @@ def _low_pass(sigma):
 _FINE, _COARSE = _low_pass(0.9), _low_pass(0.6)
 
 
-def _low_pass_at(level):
-    return _COARSE if level else _FINE
-
-
 def _cost_table():
     """(24, 19): which of the 16 costs of (place, quarter) and 3 of pairings on the diagonals a permutation pays."""
     table = np.zeros((24, 19), np.float32)
@@ -66,13 +62,13 @@ _TOGETHER = 6
 _FORBIDDEN = np.float32(1e9)
 
 
-def arrange(features, count, ranks, inside, before=None):
+def arrange(features, count, ranks, inside):
     """Choose the order of the quarters of every aligned block.
 
     Parameters
     ----------
     features : iterable of float32 arrays, shape (height, width)
-        One for each mode, of the samples in Cycles' own order (`addon.modes.features`).  Height and width, and the
+        One for each mode, of the samples in Cycles' own order (`modes.features`).  Height and width, and the
         absolute coordinates of the first pixel, are multiples of `ALIGNMENT`.
     count : int
         How many modes there are.
@@ -80,8 +76,6 @@ def arrange(features, count, ranks, inside, before=None):
         The samples' ranks in the sequence.
     inside : bool array, shape (height, width)
         Pixels that are rendered; blocks with others stay as they are.
-    before : iterable of float32 arrays, shape (height, width), optional
-        For each mode, features that stand at the pixels already, in earlier pictures; the error is that of them all.
 
     Returns
     -------
@@ -98,13 +92,12 @@ def arrange(features, count, ranks, inside, before=None):
         for field in fields:
             field[mode, ..., 1:-1, 1:-1] = _interleaved(means)
             means = sum(_quarters(means)) / np.float32(4)
-    backgrounds = [None] * _LEVELS if before is None else _backgrounds(before, count, height, width)
     order = np.arange(ranks.size >> 2 * _LEVELS - 2, dtype=np.int32).reshape(means.shape[0] * 2, -1)
     for level in reversed(range(_LEVELS)):
         node_ranks = ranks[:: 1 << level, :: 1 << level] >> np.uint32(2 * level)
         side = 2 << level
         whole = inside.reshape(height // side, side, -1, side).all(axis=(1, 3))
-        order = _rearranged(order, fields.pop(), backgrounds.pop(), node_ranks, whole, _low_pass_at(level))
+        order = _rearranged(order, fields.pop(), node_ranks, whole, _FINE if level == 0 else _COARSE)
         if level:
             order = _children(order)
     return order
@@ -134,19 +127,7 @@ def _interleaved(grid):
     return np.ascontiguousarray(grid.reshape(height // 4, 4, width // 4, 4).transpose(1, 3, 0, 2))
 
 
-def _backgrounds(before, count, height, width):
-    """What the low-pass sees of earlier pictures: per level (count, 4, 4, height, width), interleaved."""
-    backgrounds = [
-        np.empty((count, 4, 4, height // (4 << level), width // (4 << level)), np.float32) for level in range(_LEVELS)
-    ]
-    for mode, means in enumerate(before):
-        for level, background in enumerate(backgrounds):
-            background[mode] = _interleaved(_blurred(means, _low_pass_at(level)))
-            means = sum(_quarters(means)) / np.float32(4)
-    return backgrounds
-
-
-def _rearranged(order, field, background, ranks, whole, low_pass):
+def _rearranged(order, field, ranks, whole, low_pass):
     """Permute the blocks of 2 x 2 nodes.
 
     Parameters
@@ -155,8 +136,6 @@ def _rearranged(order, field, background, ranks, whole, low_pass):
         Which node stands where.
     field : float32 array, shape (modes, 4, 4, 2 + height / 4, 2 + width / 4)
         Features of the nodes in Cycles' own order, interleaved; left in an undefined state.
-    background : float32 array, shape (modes, 4, 4, height / 4, width / 4), or None
-        Of `_backgrounds`.
     ranks : uint32 array, shape (height, width)
         Of the nodes, in Cycles' own order.
     whole : bool array, shape (height / 2, width / 2)
@@ -179,7 +158,7 @@ def _rearranged(order, field, background, ranks, whole, low_pass):
     # Every second block each way: those in between stay put, so that what one decides on is still true.
     for y, x in itertools.product((0, 2), (0, 2)):
         block = slice(y, y + 2), slice(x, x + 2)
-        chosen = _PERMUTATIONS.T[:, _best(field, background, block, ranks[block], low_pass)]
+        chosen = _PERMUTATIONS.T[:, _best(field, block, ranks[block], low_pass)]
         chosen[:, ~whole[y // 2 :: 2, x // 2 :: 2]] = np.arange(4)[:, None]
         source = chosen * (height * width) + np.arange(height * width).reshape(height, width)
         for grid in (order, ranks, *inner):
@@ -187,7 +166,7 @@ def _rearranged(order, field, background, ranks, whole, low_pass):
     return order.transpose(2, 0, 3, 1).reshape(4 * height, 4 * width)
 
 
-def _best(field, background, block, ranks, low_pass):
+def _best(field, block, ranks, low_pass):
     """Number of the permutation of each block with the smallest error, (height, width)."""
     height, width = ranks.shape[2:]
     costs = np.zeros((19, height * width), np.float32)
@@ -196,8 +175,6 @@ def _best(field, background, block, ranks, low_pass):
         part = slice(first, first + _TOGETHER)
         own = field[part, ..., 1:-1, 1:-1][:, *block].reshape(-1, 4, height * width)
         around = _seen_around(field[part], block, low_pass)
-        if background is not None:
-            around += background[part, *block]
         of_place += np.einsum("mkn,mpn->pkn", own, around.reshape(own.shape))
         for cost, pairing in zip(of_pairing, _PAIRINGS, strict=True):
             for a, b in pairing:
@@ -229,16 +206,6 @@ def _seen_around(planes, block, low_pass):
         lines = [columns[:, :, x % 4, :, 1 + x // 4 : 1 + x // 4 + width] for x in near]
         _blur(lines, low_pass, seen[:, :, place])
     inner[...] = own
-    return seen
-
-
-def _blurred(plane, low_pass):
-    """The low-pass of a whole plane, with nothing around it."""
-    height, width = plane.shape
-    padded = np.pad(plane, 2)
-    columns, seen = np.empty((height, width + 4), np.float32), np.empty((height, width), np.float32)
-    _blur([padded[y : y + height] for y in range(5)], low_pass, columns)
-    _blur([columns[:, x : x + width] for x in range(5)], low_pass, seen)
     return seen
 
 

@@ -95,17 +95,12 @@ def following(tile, dims, samples, seed):
         drawn = shared_sequence.values(matched, count, seed)[: tile.size**2 * samples]
         drawn = evenly_spread(drawn.reshape(tile.size**2, samples, len(matched)).sum(axis=1))
         order[match(drawn, wanted[:, [tile.dims.index(name) for name in matched]])] = np.arange(tile.size**2)
-    plan = _plan(order.reshape(tile.size, tile.size), samples, seed, count)
+    # A block of points that follow each other in the sequence for each cell.
+    offset = order.reshape(tile.size, tile.size, 1) * samples + np.arange(samples)
+    numbers = shared_sequence.values(("t", "lens.u", "lens.v", "film.x", "film.y"), count, seed)[offset]
     # All samples of a pixel move alike, so that the first one gets the tile's numbers.
     for name in exact:
-        numbers = plan.t if name == "t" else plan.lens[..., ("lens.u", "lens.v").index(name)]
+        column = numbers[..., ("t", "lens.u", "lens.v").index(name)]
         aim = wanted[:, tile.dims.index(name)].reshape(tile.size, tile.size, 1)
-        numbers[...] = np.mod(numbers + (aim - numbers[..., :1]), 1.0)
-    return plan
-
-
-def _plan(order, samples, seed, count):
-    """The plan whose cells get those blocks of `samples` points of the sequence."""
-    offset = order[..., None] * samples + np.arange(samples)
-    numbers = shared_sequence.values(("t", "lens.u", "lens.v", "film.x", "film.y"), count, seed)[offset]
-    return CellPlan(seed, count, offset, numbers[..., 0].copy(), numbers[..., 1:3].copy(), numbers[..., 3:].copy())
+        column[...] = np.mod(column + (aim - column[..., :1]), 1.0)
+    return CellPlan(seed, count, offset, numbers[..., 0], numbers[..., 1:3], np.ascontiguousarray(numbers[..., 3:]))

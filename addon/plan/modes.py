@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Cosine modes of a sample's parameters: the ways in which integrands vary.
 
-The error that a pattern of samples leaves in each mode tells its error for all integrands (Mitchell 1991, section 5;
-DESIGN, section 4); the modes that are strong in pictures vary along few parameters, and slowly.
+The error that a pattern of samples leaves in each mode tells its error for all integrands (Mitchell 1991, section 5);
+the modes that are strong in pictures vary along few parameters, and slowly.
 """
 
 import functools
@@ -13,9 +13,6 @@ import numpy as np
 
 # Half-periods along one dimension, at most.
 _HIGHEST = 6
-
-# Modes that are looked at for the strongest.
-_CANDIDATES = 256
 
 # Modes whose features are made together: few, for the sake of memory.
 _TOGETHER = 2
@@ -67,7 +64,7 @@ def features(chosen, numbers):
     chosen : dict of tuple to float
         Modes and their variances, of `variances`.
     numbers : dict of str to uint8 array, shape (samples, ...)
-        Leading bytes of the samples' parameters, by dimension (`cycles_random.leading_bytes`).
+        Leading bytes of the samples' parameters, by dimension (`random_numbers.leading_bytes`).
 
     Yields
     ------
@@ -121,15 +118,15 @@ def _harmonics(byte, most):
     return found
 
 
-def strongest(total, numbers, count):
+def strongest(likely, numbers, count):
     """The modes in which some pixels differ most.
 
     Several samples of one pixel are stratified, and leave little of the slow modes that one sample varies in most.
 
     Parameters
     ----------
-    total, numbers
-        As `variances` returns and `features` takes them.
+    likely, numbers : dict
+        As `features` takes them.
     count : int
         How many to keep.
 
@@ -137,10 +134,10 @@ def strongest(total, numbers, count):
     -------
     dict of tuple to float
     """
-    candidates = _largest(total, _CANDIDATES)
-    left = [error.var() for error in features(candidates, numbers)]
-    return {mode: total[mode] for mode in _largest(dict(zip(candidates, left, strict=True)), count)}
+    left = [error.var() for error in features(likely, numbers)]
+    return {mode: likely[mode] for mode in largest(dict(zip(likely, left, strict=True)), count)}
 
 
-def _largest(values, count):
+def largest(values, count):
+    """The `count` largest values of a dict, from the largest on."""
     return dict(sorted(values.items(), key=lambda item: item[1], reverse=True)[:count])

@@ -12,40 +12,38 @@ import numpy as np
 from ..blender.refusal import Cancelled
 from ..cycles import random_numbers
 from .matching import match
-from .sample_plan import LARGE, MOST_PLANNED, Plan, memory
+from .sample_plan import MOST_PLANNED, Plan, remembered
 
 # Larger windows match better, smaller ones keep rays that Cycles traces together close together on the film.
 _WINDOW = 256
 
 
 def make(tile, dims, region, samples, seed, is_cancelled=lambda: False):
-    """Plan that follows a tile in some of its dimensions; remembered as that of `automatic.make`.
+    """Plan that follows a tile in some of its dimensions; remembered as of `sample_plan.remembered`.
 
     Parameters
     ----------
     tile : generator.Tile
     dims : tuple of str
         The tile's dimensions that the scene uses.
-    region : addon.region.Region
+    region : Region
     samples : int
         Samples a pixel to match.
     seed : int
         Another seed gives another plan of the same quality.
     is_cancelled : callable, optional
-        As of `automatic.make`.
+        As of `arranged_plan.make`.
 
     Returns
     -------
-    plan.Plan
+    Plan
 
     Raises
     ------
     Cancelled
     """
-    is_large = region.pixels > LARGE
-    rest = (dims, region, samples, 0 if is_large else seed)
-    plan = memory.get((tile.values.tobytes(), tile.dims, *rest), lambda: _match(tile, *rest, is_cancelled))
-    return plan.moved(*np.random.default_rng(seed).integers(0, region.size)) if is_large else plan
+    key = tile.values.tobytes(), tile.dims, dims, samples
+    return remembered(key, region, seed, lambda own_seed: _match(tile, dims, region, samples, own_seed, is_cancelled))
 
 
 def _match(tile, dims, region, samples, seed, is_cancelled):

@@ -27,7 +27,6 @@ __all__ = [
     "messages",
     "spectral",
     "tile",
-    "title",
 ]
 
 _FOLDER = os.path.join(os.path.dirname(os.path.dirname(__file__)), "tiles")
@@ -82,15 +81,6 @@ def tile(name, path="", dims=PROFILES["full"]):
             raise Refused("No pattern file is set; choose one under Sampling > Spectral Tiles > Advanced")
         return _read(path)
     return spectral(dims) if name == "SPECTRAL" else _read(os.path.join(_FOLDER, name.lower() + ".npz"))
-
-
-def title(name, path, dims):
-    """What to call the tile that `tile` returns, such as "full-1" or a file's name; None if it returns none."""
-    if name == "AUTO":
-        return None
-    if name == "FILE":
-        return os.path.basename(path) or None
-    return covering(dims).name if name == "SPECTRAL" else name.lower()
 
 
 def spectral(dims):

@@ -5,9 +5,6 @@ Cycles' numbers at a render pixel are known before the render (`cycles.random_nu
 render pixel at any film pixel.  `arranged_plan` and `pattern_plan` make plans; this module holds what they make.
 """
 
-import collections
-import threading
-import time
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -15,16 +12,13 @@ import numpy as np
 from ..blender.region import bands
 from ..cycles import random_numbers
 
-# Plans kept for the next frames and renders of this process, 4 bytes a pixel each or, with a tile's lens, 12: those of
-# two groups of frames (`arranged_plan.GROUP`).
-_REMEMBERED = 8
-
-# Seconds a pixel to make a plan, until this process has made one (`python -m bench times`, two cores).
-_PACE = 0.6e-6
-
 # A region of more pixels than this has samples enough to be moved about for every seed and frame: its plan is made
 # once.  A smaller one is soon made, and would show the same few samples again and again.
-LARGE = 256 * 256
+_LARGE = 256 * 256
+
+# The last few plans, 4 bytes a pixel each or, with a tile's lens, 12, by what they were made from; and how many.
+_plans = {}
+_REMEMBERED = 4
 
 # Samples of a pixel that a plan looks at: what more of them leave is hardly seen, and would take minutes to weigh.
 MOST_PLANNED = 64
@@ -75,29 +69,24 @@ class Plan:
         row += column
         return replace(self, film=row)
 
-    def at_film(self, region):
-        """What Cycles draws at each film pixel.
+    def ranks_at_film(self, region):
+        """Which part of Cycles' sequence each film pixel of a region gets.
 
         Parameters
         ----------
-        region : addon.region.Region
+        region : Region
 
         Returns
         -------
-        ranks : uint32 array, shape (height, width)
-            Of `random_numbers.pixel_ranks`.
-        lens_shift : dict of str to uint8 array, shape (height, width)
-            What our camera adds to the lens numbers, in 256ths; empty if nothing.
+        uint32 array, shape (height, width)
+            As of `random_numbers.pixel_ranks`.
         """
         x, y = (np.arange(size) + corner for size, corner in zip(region.size, region.corner, strict=True))
-        shape = len(y), len(x)
         ranks = np.empty(self.film.size, np.uint32)
         for band in bands(len(y)):
             served = self.film[band.start * self.width : band.stop * self.width]
             ranks[served] = random_numbers.pixel_ranks(x[None, :], y[band, None], self.seed).ravel()
-        shifts = {} if self.lens_shift is None else dict(zip(("lens.u", "lens.v"), self.lens_shift.T, strict=True))
-        moved = {name: scattered((256.0 * shift).astype(np.uint8), self.film) for name, shift in shifts.items()}
-        return ranks.reshape(shape), {name: shift.reshape(shape) for name, shift in moved.items()}
+        return ranks.reshape(len(y), len(x))
 
 
 def scattered(pixels, film):
@@ -110,45 +99,29 @@ def scattered(pixels, film):
     return moved
 
 
-class Memory:
-    """The last few plans, by what they were made from.  Several threads may ask.
+def remembered(key, region, seed, make):
+    """A plan that is not made again for the next view layer, frame or render of this process.
 
-    Attributes
+    Parameters
     ----------
-    pace : float
-        Seconds that the last plan of a large region took, a pixel.
+    key : tuple
+        What it is made from beside region and seed.
+    region : Region
+        A large one's plan is made for one seed only, and moved about for others.
+    seed : int
+        Another seed gives another, equally good plan.
+    make : callable
+        Seed -> Plan.
+
+    Returns
+    -------
+    Plan
     """
-
-    def __init__(self):
-        self.pace = _PACE
-        self._plans = collections.OrderedDict()
-        self._lock = threading.Lock()
-
-    def get(self, key, make):
-        """The plan remembered under `key`, or else `make()`, which is then remembered."""
-        with self._lock:
-            if key in self._plans:
-                self._plans.move_to_end(key)
-                return self._plans[key]
-        start = time.perf_counter()
-        plan = make()
-        pixels = plan.film.size
-        with self._lock:
-            if pixels > LARGE:
-                self.pace = (time.perf_counter() - start) / pixels
-            self._plans[key] = plan
-            if len(self._plans) > _REMEMBERED:
-                self._plans.popitem(last=False)
-        return plan
-
-    def latest(self):
-        """The plan that was asked for last, or None."""
-        with self._lock:
-            return next(reversed(self._plans.values()), None)
-
-    def clear(self):
-        with self._lock:
-            self._plans.clear()
-
-
-memory = Memory()
+    own_seed = 0 if region.pixels > _LARGE else seed
+    key = (*key, region, own_seed)
+    plan = _plans.pop(key, None) or make(own_seed)
+    _plans[key] = plan
+    if len(_plans) > _REMEMBERED:
+        del _plans[next(iter(_plans))]
+    # Where nothing is beyond, samples find other places than in the middle; so any place may be there.
+    return plan.moved(*np.random.default_rng(seed).integers(0, region.size))

@@ -59,11 +59,6 @@ class SubFramePlan:
     length: int
     groups: list
 
-    @property
-    def moments(self):
-        """How many there are."""
-        return len({shot.opening for group in self.groups for shot in group})
-
 
 def side(samples, moments):
     """Least period, a power of two, by which so many samples a pixel reach all moments."""

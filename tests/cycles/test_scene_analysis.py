@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What a scene leaves to chance is found wherever it hides; what is not known counts as chance."""
+"""The lamps and glowing surfaces that Cycles chooses between are found wherever they hide."""
 
 import time
 
@@ -37,19 +37,6 @@ def add_particles(emitter, **settings):
     particles.type, particles.count, particles.use_advanced_hair = "HAIR", 3, True
     for name, value in settings.items():
         setattr(particles, name, value)
-
-
-def material_of(kind, output="Surface", **inputs):
-    """A material of a shader node, with some of its inputs set."""
-    material = bpy.data.materials.new(kind)
-    tree = material.node_tree
-    tree.nodes.clear()
-    node = tree.nodes.new(kind)
-    for name, value in inputs.items():
-        node.inputs[name.replace("_", " ")].default_value = value
-    shader = next(socket for socket in node.outputs if socket.enabled)
-    tree.links.new(shader, tree.nodes.new("ShaderNodeOutputMaterial").inputs[output])
-    return material
 
 
 def grouped(material, depth):
@@ -165,80 +152,15 @@ def test_a_world_of_an_image_or_sky(texture):
     background = next(node for node in tree.nodes if node.type == "BACKGROUND")
     tree.links.new(tree.nodes.new(texture).outputs["Color"], background.inputs["Color"])
     use = found()
-    assert (use.lights, use.glow, use.other_chance) == (1, True, False)
-
-
-SURE = ["BsdfDiffuse", "BsdfAnisotropic", "BsdfSheen", "BsdfToon", "BsdfMetallic", "BsdfPrincipled", "Emission"]
-UNSURE = [
-    "AddShader", "BsdfGlass", "BsdfHair", "BsdfHairPrincipled", "BsdfRayPortal", "BsdfRefraction", "BsdfTranslucent",
-    "BsdfTransparent", "Holdout", "MixShader", "SubsurfaceScattering", "AmbientOcclusion", "Bevel", "Script",
-]  # fmt: skip
-
-
-@pytest.mark.parametrize("depth", [0, 2])
-@pytest.mark.parametrize("kind", [*SURE, *UNSURE])
-def test_shaders_of_chance(scene, kind, depth):
-    scene.cycles.max_bounces = 0
-    if kind == "Script":
-        material = rendering.diffuse()
-        material.node_tree.nodes.new("ShaderNodeScript")
-    else:
-        material = material_of(f"ShaderNode{kind}")
-    rendering.add_plane(1, grouped(material, depth))
-    use = found()
-    assert use.other_chance == (kind in UNSURE)
-    assert use.is_direct == (kind in SURE and kind != "Emission")
-
-
-@pytest.mark.parametrize(
-    ("inputs", "is_chance"),
-    [
-        ({}, False),
-        ({"Alpha": 0.5}, True),
-        ({"Subsurface_Weight": 0.1}, True),
-        ({"Transmission_Weight": 1.0}, True),
-        ({"Coat_Weight": 1.0, "Sheen_Weight": 0.5, "Metallic": 0.5}, False),
-    ],
-)
-def test_principled(inputs, is_chance):
-    rendering.add_plane(1, material_of("ShaderNodeBsdfPrincipled", **inputs))
-    assert found().other_chance == is_chance
-
-
-def test_alpha_by_an_image():
-    material = material_of("ShaderNodeBsdfPrincipled")
-    tree = material.node_tree
-    shader = next(node for node in tree.nodes if node.type == "BSDF_PRINCIPLED")
-    tree.links.new(tree.nodes.new("ShaderNodeTexImage").outputs["Alpha"], shader.inputs["Alpha"])
-    rendering.add_plane(1, material)
-    assert found().other_chance
-
-
-@pytest.mark.parametrize("place", ["material", "world", "object"])
-def test_volumes(place):
-    if place == "material":
-        rendering.add_plane(1, material_of("ShaderNodeVolumeScatter", "Volume"))
-    elif place == "world":
-        tree = rendering.set_world((0, 0, 0)).node_tree
-        output = next(node for node in tree.nodes if node.type == "OUTPUT_WORLD")
-        tree.links.new(tree.nodes.new("ShaderNodeVolumePrincipled").outputs[0], output.inputs["Volume"])
-    else:
-        rendering.add(bpy.data.volumes.new("Cloud"))
-    assert found().other_chance
+    assert (use.lights, use.glow) == (1, True)
 
 
 def test_a_muted_node_does_nothing():
     material = rendering.diffuse()
-    for kind in ("ShaderNodeBsdfTransparent", "ShaderNodeEmission"):
-        material.node_tree.nodes.new(kind).mute = True
+    material.node_tree.nodes.new("ShaderNodeEmission").mute = True
     rendering.add_plane(1, material)
     use = found()
-    assert not (use.other_chance or use.glow)
-
-
-def test_fast_global_illumination_is_chance(scene):
-    scene.cycles.use_fast_gi = True
-    assert found().other_chance
+    assert not use.glow
 
 
 def test_thousands_of_objects_take_milliseconds():

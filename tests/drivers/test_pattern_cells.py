@@ -115,7 +115,7 @@ def test_stereo_pair(tmp_path):
 
 @pytest.mark.parametrize("motion_blur", [False, True])
 def test_adaptive_subdivision(tmp_path, motion_blur):
-    """Surfaces are diced for the pixels of the picture, not for the larger ones of a sub-render, at all times."""
+    """Surfaces are diced for the pixels of the picture, not for the larger ones of a sub-frame, at all times."""
     builders.displacement()
     scene = follow(tmp_path)
     scene.render.use_motion_blur, scene.render.motion_blur_shutter = motion_blur, 1e-4
@@ -156,7 +156,7 @@ def cull_by_camera(scene):
         (lambda scene: setattr(scene.camera.data, "type", "CUSTOM"), "custom"),
         (cull_by_camera, "Camera Culling"),
         (two_cameras_of_one_kind, "share the data"),
-        (lambda scene: setattr(scene.cycles, "samples", 2**20), "sub-renders"),
+        (lambda scene: setattr(scene.cycles, "samples", 2**20), "sub-frames"),
     ],
 )
 def test_what_it_cannot_do_is_named(tmp_path, change, message):

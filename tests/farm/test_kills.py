@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """SIGKILL at any moment: what has a name is whole, and the next run clears what is left."""
 
+import json
 import random
 import subprocess
 import sys
@@ -16,28 +17,34 @@ from tests import rendering
 
 ROOT = Path(__file__).parents[2]
 
-# Renders, layers and their merge, again and again; lines of Blender go elsewhere.
+# Runs command lines one after the other, so many times over, from a given one on; lines of Blender go elsewhere.
 WORKER = f"""
-import os, sys
+import json, os, sys
 out = os.fdopen(os.dup(1), "w")
 os.dup2(os.open(os.devnull, os.O_WRONLY), 1)
 sys.path.insert(0, {str(ROOT)!r})
 import addon
 from addon.interface import command_line
 addon.register()
-scene, folder = sys.argv[1:3]
-frame = f"{{folder}}/frame.exr"
-lines = [
-    ["render", scene, "--output", f"{{folder}}/a.png", "--json", f"{{folder}}/a.json"],
-    ["render", scene, "--output", frame, "--samples", "2", "--layer", "1/2"],
-    ["render", scene, "--output", frame, "--samples", "2", "--layer", "2/2"],
-    ["merge", frame, "--json", f"{{folder}}/merge.json"],
-]
-for _ in range(int(sys.argv[3])):
-    for line in lines:
-        assert command_line.run(line) == 0, line
-    print("round", file=out, flush=True)
+lines, first, rounds = json.loads(sys.argv[1])
+print("ready", file=out, flush=True)
+sys.stdin.readline() or sys.exit()
+for number in range(first, first + rounds * len(lines)):
+    line = lines[number % len(lines)]
+    assert command_line.run(line) == 0, line
 """
+
+
+def lines(scene_file, folder):
+    """A picture, an animation, layers and their merge."""
+    frame = f"{folder}/frame.exr"
+    return [
+        ["render", scene_file, "--output", f"{folder}/a.png", "--json", f"{folder}/a.json"],
+        ["render", scene_file, "--output", f"{folder}/b_#.png", "--frames", "1-3"],
+        ["render", scene_file, "--output", frame, "--samples", "2", "--layer", "1/2"],
+        ["render", scene_file, "--output", frame, "--samples", "2", "--layer", "2/2"],
+        ["merge", frame, "--json", f"{folder}/merge.json"],
+    ]
 
 
 @pytest.fixture
@@ -51,9 +58,18 @@ def scene_file(extension, tmp_path):
     return str(path)
 
 
-def worker(scene_file, folder, rounds):
-    line = [sys.executable, "-c", WORKER, scene_file, str(folder), str(rounds)]
-    return subprocess.Popen(line, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+@pytest.fixture
+def folder(tmp_path):
+    made = tmp_path / "out"
+    made.mkdir()
+    return made
+
+
+def worker(commands, rounds, first=0):
+    """A process that runs commands once it is told to."""
+    line = [sys.executable, "-c", WORKER, json.dumps([commands, first, rounds])]
+    pipes = {"stdin": subprocess.PIPE, "stdout": subprocess.PIPE, "stderr": subprocess.PIPE}
+    return subprocess.Popen(line, **pipes, text=True)
 
 
 def check_whole(folder):
@@ -70,40 +86,48 @@ def check_whole(folder):
             assert path.read_text().endswith("}")
 
 
-def kill_at_random_moments(scene_file, tmp_path, times, seed):
-    chance = random.Random(seed)
-    folder = tmp_path / "out"
-    folder.mkdir()
-    left = 0
-    for _ in range(times):
-        with worker(scene_file, folder, 1000) as process:
-            assert process.stdout.readline() == "round\n", process.stderr.read()
-            time.sleep(chance.uniform(0, 1.5))
+def kill_at_random_moments(scene_file, folder, times, seed):
+    """Return how many of the killed left something behind."""
+    commands, chance, left = lines(scene_file, folder), random.Random(seed), 0
+    begun = time.perf_counter()
+    for line in commands:
+        assert command_line.run(line) == command_line.DONE
+    seconds = time.perf_counter() - begun
+    names = sorted(path.name for path in folder.iterdir())
+    # While one works the next one gets ready.
+    waiting = worker(commands, 1000)
+    for time_left in reversed(range(times)):
+        process, waiting = waiting, worker(commands, 1000, chance.randrange(len(commands))) if time_left else None
+        with process:
+            assert process.stdout.readline() == "ready\n", process.stderr.read()
+            print(file=process.stdin, flush=True)
+            time.sleep(chance.uniform(0, seconds))
             process.kill()
         left += any(path.name.startswith(".") for path in folder.iterdir())
         check_whole(folder)
-    assert command_line.run(["render", scene_file, "--output", str(folder / "a.png")]) == command_line.DONE
-    assert command_line.run(["merge", str(folder / "frame.exr")]) == command_line.DONE
+    for line in commands:
+        assert command_line.run(line) == command_line.DONE
     check_whole(folder)
-    names = ["a.json", "a.png", "frame.exr", "frame_layer1of2.exr", "frame_layer2of2.exr", "merge.json"]
     assert sorted(path.name for path in folder.iterdir()) == names
     return left
 
 
-def test_a_kill(scene_file, tmp_path):
-    kill_at_random_moments(scene_file, tmp_path, 1, seed=1)
+def test_a_kill(scene_file, folder):
+    kill_at_random_moments(scene_file, folder, 1, seed=1)
 
 
 @pytest.mark.fuzz
-def test_kills(scene_file, tmp_path):
-    assert kill_at_random_moments(scene_file, tmp_path, 20, seed=2)
+def test_kills(scene_file, folder):
+    assert kill_at_random_moments(scene_file, folder, 50, seed=2)
 
 
-def test_two_processes_into_one_folder(scene_file, tmp_path):
+def test_two_processes_into_one_folder(scene_file, folder):
     """... and the same names."""
-    folder = tmp_path / "out"
-    folder.mkdir()
-    both = [worker(scene_file, folder, 8) for _ in range(2)]
+    both = [worker(lines(scene_file, folder), 5) for _ in range(2)]
+    for process in both:
+        assert process.stdout.readline() == "ready\n"
+    for process in both:
+        print(file=process.stdin, flush=True)
     for process in both:
         _, errors = process.communicate(timeout=300)
         # Each may find layers of the other one, which are the same; all are whole.

@@ -87,38 +87,6 @@ def test_merged_layers_are_the_frame(scene_file, tmp_path, count, tile):
     assert not [path for path in tmp_path.iterdir() if path.name.startswith(".")]
 
 
-@pytest.mark.parametrize("change", ["nothing", "border", "in place", "view layers"])
-def test_merged_layers_lose_the_known_noise(scene_file, tmp_path, monkeypatch, change):
-    bpy.ops.wm.open_mainfile(filepath=str(scene_file))
-    scene = bpy.context.scene
-    scene.render.resolution_percentage = 300
-    if change == "border":
-        scene.render.use_border = True
-        scene.render.border_min_x, scene.render.border_max_x = 0.1, 0.9
-        scene.render.border_min_y, scene.render.border_max_y = 0.3, 1.0
-    elif change == "in place":
-        scene.spectral_tiles.method = "IN_PLACE"
-    elif change == "view layers":
-        scene.view_layers.new("ViewLayer.002").use_pass_glossy_direct = True
-    bpy.ops.wm.save_mainfile()
-    whole, frame = tmp_path / "whole.exr", tmp_path / "frame.exr"
-    render(scene_file, whole, samples=2)
-    files = render_layers(scene_file, frame, 2, samples=2)
-    assert merge.merge(files, str(frame)) == (2, True)
-    expected, merged = rendering.read_exr(whole), rendering.read_exr(frame)
-    with monkeypatch.context() as patch:
-        patch.setattr(merge.known_noise, "taken_out", lambda _1, _2, _3, picture: picture)
-        merge.merge(files, str(frame))
-    noisy = rendering.read_exr(frame)
-    for name, pixels in expected.items():
-        if "Crypto" not in name:
-            # Of windows that vary nearly the same, rounding chooses (`picture.surroundings`).
-            rounding = 2e-4 * np.abs(pixels).max()
-            np.testing.assert_allclose(merged[name], pixels, rtol=0, atol=rounding, err_msg=name)
-        if name.endswith("Combined"):
-            assert np.abs(noisy[name] - pixels).max() > 0.01
-
-
 def test_aovs_with_the_names_of_passes(tmp_path):
     """They are light, however they are called: merged they are the frame's."""
     scene = rendering.empty_scene(16, 12)
@@ -152,13 +120,6 @@ def test_aovs_with_the_names_of_passes(tmp_path):
     for name, kind in aovs.items():
         if kind == "COLOR":
             np.testing.assert_array_equal(merged[f"ViewLayer.{name}"], merged["ViewLayer.Rim Direct"], err_msg=name)
-
-
-def test_known_noise_stays_where_the_plan_cannot_be_made_again(scene_file, tmp_path, monkeypatch):
-    files = render_layers(scene_file, tmp_path / "frame.exr", 2, "--percentage", "300", samples=2)
-    digest = merge.known_noise.digest
-    monkeypatch.setattr(merge.known_noise, "digest", lambda plan: digest(plan)[::-1])
-    assert merge.merge(files, str(tmp_path / "frame.exr")) == (2, False)
 
 
 def test_order_and_a_retried_task_change_no_bit(scene_file, tmp_path, monkeypatch):
@@ -203,13 +164,16 @@ def test_what_does_not_belong_together_is_refused(scene_file, tmp_path, monkeypa
     refused("differ in size: 24 x 18 and 48 x 36", "--percentage", "50")
     refused("differ in samples", samples=4)
     refused("differ in frame", "--frames", "2")
-    with monkeypatch.context() as patch:
-        patch.setattr(merge.known_noise, "described", lambda *_: "")
-        refused("differ in Noise Reduction")
     stamp = layers.stamp
     with monkeypatch.context() as patch:
         patch.setattr(layers, "stamp", lambda engine, known: stamp(engine, known | {"blender": "5.3.0"}))
         refused("differ in blender: 5.3.0")
+    for sub_frames, expected in ((8, "differ in sub_frames: 8 and 1"), (9, "differ in sub_frames: 9 and 8")):
+        settings = picture_files.open_scene(str(scene_file)).spectral_tiles
+        settings.method, settings.sub_frames = "SUB_FRAMES", sub_frames
+        bpy.ops.wm.save_as_mainfile(filepath=str(scene_file))
+        refused(expected)
+        render(scene_file, tmp_path / "one.exr", "--layer", "1/2", samples=2)
     assert not (tmp_path / "frame.exr").exists()
 
     # Another plan is another arrangement of equally good samples: sound, but not the same picture.

@@ -57,6 +57,17 @@ def test_render(scene_file, tmp_path, capfd):
     assert re.findall(r"^openjd_status: (.*)$", printed, re.MULTILINE) == ["frame 1, 1 of 2", "frame 3, 2 of 2"]
 
 
+def test_progress_of_many_calls(scene_file, tmp_path, capfd):
+    """Of all of them together, though Cycles tells of each by itself."""
+    settings = command_line.picture_files.open_scene(scene_file).spectral_tiles
+    settings.method, settings.sub_frames = "SUB_FRAMES", 16
+    bpy.context.scene.render.use_motion_blur = True
+    bpy.ops.wm.save_mainfile()
+    assert run("render", scene_file, "--output", tmp_path / "a.png", "--samples", "32") == command_line.DONE
+    percents = re.findall(r"^openjd_progress: (\d+)$", capfd.readouterr().out, re.MULTILINE)
+    assert percents == [str(int(100 * moment / 16)) for moment in range(17)]
+
+
 def test_render_where_the_scene_says(scene_file, tmp_path):
     assert run("render", scene_file, "--frames", "all", "--output", tmp_path / "f") == command_line.DONE
     assert sorted(path.name for path in tmp_path.glob("f*")) == ["f0001.png", "f0002.png", "f0003.png"]

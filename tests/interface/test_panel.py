@@ -246,9 +246,9 @@ def test_cancelled_pattern_leaves_no_file(tmp_path):
     job = pattern_making.Job(tmp_path / "mine.npz", method="spectral", size=64, dims=("t",), seed=0)
     job.start()
     while job.fraction == 0.0:
-        assert job.is_running()
+        assert job.is_alive()
     job.cancelled = True
-    job.wait()
+    job.join()
     assert job.error is None and os.listdir(tmp_path) == []
 
 

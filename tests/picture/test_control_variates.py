@@ -21,7 +21,7 @@ HEIGHT, WIDTH = 96, 83
 
 @pytest.fixture(scope="module")
 def chosen():
-    return list(arranged_plan.error_modes(tuple(arranged_plan.shares(USE)), 1, 8))
+    return list(arranged_plan.error_modes(tuple(arranged_plan.shares(USE)), 1, 8, 256))
 
 
 def drawn(seed, samples=1, height=HEIGHT, width=WIDTH):
@@ -205,12 +205,14 @@ def in_place(scene_use, seed, samples, passes):
     """A picture of Cycles, (height, width, 4) with rows from the bottom, without its known noise."""
     height, width, _ = passes.shape
     region = Region((width, height), (0, 0), (width, height))
-    numbers = arranged_plan.drawn(sample_plan.Plan.in_place(seed, region), region, samples)
-    candidates = list(arranged_plan.error_modes(tuple(arranged_plan.shares(scene_use)), samples, 32))
+    ranks = sample_plan.Plan.in_place(seed, region).ranks_at_film(region)
+    candidates = list(arranged_plan.error_modes(tuple(arranged_plan.shares(scene_use)), samples, 32, 256))
     planes = np.ascontiguousarray(passes.transpose(2, 0, 1), np.float32)
-    clean = control_variates.without_noise(
-        [planes[:3]], planes[3], lambda pixels, modes: numbers(pixels, modes, samples, 0), candidates
-    )
+
+    def numbers(pixels, chosen):
+        return arranged_plan.numbers(chosen, ranks[pixels], samples, samples)
+
+    clean = control_variates.without_noise([planes[:3]], planes[3], numbers, candidates)
     return np.concatenate([clean[0], planes[3:]]).transpose(1, 2, 0)
 
 
