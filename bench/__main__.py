@@ -299,7 +299,7 @@ def _parser() -> argparse.ArgumentParser:
     pictures = commands.add_parser("demo", help="one scene by Cycles and by ours in the same time, as pictures")
     pictures.add_argument("--out", type=Path, required=True, metavar="DIR", help="folder of the pictures")
     pictures.add_argument("--scene", default=SHOWN_SCENE, help="name or .blend file")
-    pictures.add_argument("--width", type=int, default=400, metavar="N", help="of the pictures in pixels, 400")
+    pictures.add_argument("--width", type=int, default=320, metavar="N", help="of the pictures in pixels, 320")
     pictures.add_argument("--threshold", type=float, default=0.1, help="Cycles' noise threshold, .1")
     pictures.add_argument("--reference-samples", type=int, default=64, help="samples a pixel of each reference half")
     pictures.add_argument("--docs", action="store_true", help="renew README's picture, too")

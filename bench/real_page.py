@@ -23,6 +23,9 @@ _SAMPLES = 64
 #: Thresholds between which the one of equal time is looked for.
 _THRESHOLDS = (0.003, 1.0)
 
+#: By which power of its time Cycles' threshold falls, if that is not known yet; and what is believed of two renders.
+_SLOPE, _SLOPES = -1.3, (-6.0, -0.5)
+
 _NAMES = {EVEN: "Cycles, even samples", THRESHOLD: "Cycles, noise threshold"}
 
 
@@ -95,7 +98,7 @@ def _contenders(
     time = found[engine, mode, wanted].processor
     renders = {EVEN: Render(NATIVE, EVEN, samples_in(found, mode, time), denoise, beside=effort.beside)}
     if effort.thresholds:
-        threshold = threshold_in(found, mode, time)
+        threshold = threshold_in(_native(found, mode, THRESHOLD), time)
         renders[THRESHOLD] = Render(NATIVE, THRESHOLD, threshold, denoise, beside=effort.beside)
     shown = []
     for rule, render in renders.items():
@@ -125,15 +128,18 @@ def samples_in(found: Measurements, mode: str, time: float) -> int:
     return max(1, round((time - start) / slope)) if slope > 0.0 else counts[-1]
 
 
-def threshold_in(found: Measurements, mode: str, time: float) -> float:
-    """Return the threshold with which Cycles takes about a processor time."""
-    known = _native(found, mode, THRESHOLD)
-    thresholds, times = np.log(np.array(known)).T
-    if len(known) == 1 or times[0] == times[-1]:
-        return known[0][0]
-    slope = (thresholds[-1] - thresholds[0]) / (times[-1] - times[0])
+def threshold_in(known: Sequence[tuple[float, float]], time: float) -> float:
+    """Return the threshold with which Cycles takes about a processor time, by thresholds and times that are known.
+
+    The straight line through the two that are nearest, in the logarithms of both, is followed.
+    """
+    nearest = sorted(known, key=lambda each: abs(np.log(each[1] / time)))[:2]
+    thresholds, times = np.log(np.array(nearest)).T
+    slope = _SLOPE
+    if len(nearest) > 1 and times[0] != times[1]:
+        slope = np.clip((thresholds[0] - thresholds[1]) / (times[0] - times[1]), *_SLOPES)
     wanted = np.exp(thresholds[0] + slope * (np.log(time) - times[0]))
-    return float(f"{np.clip(wanted, *_THRESHOLDS):.2g}")
+    return float(f"{np.clip(wanted, *_THRESHOLDS):.3g}")
 
 
 def _native(found: Measurements, mode: str, rule: str) -> list[tuple[float, float]]:
@@ -146,9 +152,9 @@ def _native(found: Measurements, mode: str, rule: str) -> list[tuple[float, floa
     return sorted(settings)
 
 
-def spot(difference: np.ndarray) -> tuple[tuple[float, float], float]:
+def spot(difference: np.ndarray, edge: int = EDGE) -> tuple[tuple[float, float], float]:
     """Return where a crop differs most, in parts from the upper left, and by how much; rows are from the bottom."""
-    smooth = gaussian_filter(difference, EDGE / 4)
+    smooth = gaussian_filter(difference, edge / 4)
     row, column = np.unravel_index(np.argmax(np.abs(smooth)), smooth.shape)
     height, width = smooth.shape
     return ((column + 0.5) / width, 1.0 - (row + 0.5) / height), float(smooth[row, column])

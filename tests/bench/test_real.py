@@ -9,7 +9,7 @@ import matplotlib.pyplot as plt
 import numpy as np
 import pytest
 
-from bench import real, real_renders
+from bench import demo, doc_parts, real, real_renders
 from bench.equal_error import Curve
 from bench.jobs import engine_state
 from bench.real_figures import Measured, error_maps, file_figures, noise_of, ratio, seen, spread
@@ -145,7 +145,8 @@ def test_tables_of_cycles_alone(measured):
 
 def test_page_finds_settings_of_equal_time_and_where_errors_differ(measured):
     assert samples_in(measured, RAW, 23.0) == 23
-    assert threshold_in(measured, RAW, np.sqrt(16.0 * 64.0)) == pytest.approx(np.sqrt(0.1 * 0.03), rel=0.02)
+    assert threshold_in([(0.1, 16.0), (0.03, 64.0)], 32.0) == pytest.approx(np.sqrt(0.1 * 0.03), rel=0.02)
+    assert threshold_in([(0.1, 16.0)], 16.0) == 0.1 > threshold_in([(0.1, 16.0)], 20.0)
     difference = np.zeros((200, 400))
     difference[40, 300] = -1.0
     (x, y), gain = spot(difference)
@@ -195,12 +196,13 @@ class Worker:
         picture = self.brightness + noise * self.brightness + np.zeros(3)
         np.save(f"{order['picture']}.npy", picture.astype(np.float16))
         plt.imsave(f"{order['picture']}.png", np.clip(picture / 2.0, 0.0, 1.0))
-        result = {"wall": count, "processor": count, "peak": 100, "size": [64, 64]}
+        seconds = count * (self.slowness if render.engine == OURS else 1.0)
+        result = {"wall": count, "processor": seconds, "peak": 100, "size": [64, 64]}
         with open(order["result"], "w") as file:
             json.dump(result, file)
         return SimpleNamespace(returncode=0, stdout="")
 
-    brightness = 1.0
+    brightness = slowness = 1.0
 
     def code(self, blend, render):
         return 0
@@ -237,6 +239,25 @@ def test_page_shows_pictures_of_equal_time(cache, folder, monkeypatch):
     assert page.count("<img") == 2 * 4
     assert "Cycles, even samples 4: 4.0 s" in page and "Cycles, noise threshold 0.1: 60.0 s" in page
     assert len(worker.orders) == 12 + 2  # Cycles takes the same time for the same samples: nothing else to render
+
+
+def test_demo_shows_cycles_in_the_same_time(cache, folder, tmp_path, monkeypatch):
+    monkeypatch.setattr(demo, "ROOT", tmp_path)
+    monkeypatch.setattr(doc_parts, "ROOT", tmp_path)
+    (tmp_path / "docs").mkdir()
+    (tmp_path / "README.md").write_text("<!-- python -m bench demo --docs -->\n<!-- end of demo -->\n")
+    worker = _use(Worker(), monkeypatch)
+    worker.slowness = 2.5
+    (file,) = blend_files(folder, ["one"])
+    text = demo.make(file, 64, 0.1, 64, tmp_path / "out", docs=True)
+    times = {line.split(",")[0]: float(line.split()[-5]) for line in text.splitlines() if ", threshold" in line}
+    assert times["Spectral Tiles"] == 150.0
+    assert times["Cycles in the same time"] == pytest.approx(150.0, rel=0.05)
+    assert "threshold of 0.04" in (tmp_path / "README.md").read_text()
+    assert len(worker.orders) <= 6 and (tmp_path / "docs" / "demo.jpg").is_file()
+    worker.slowness = 1000.0
+    with pytest.raises(ValueError, match="No threshold was found"):
+        demo.make(file, 65, 0.1, 64, tmp_path / "out", docs=True)
 
 
 def test_files_that_cycles_cannot_render_are_told(cache, folder, monkeypatch):
