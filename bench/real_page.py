@@ -1,24 +1,27 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A page of real files: crops side by side at equal processor time, and the tables."""
+"""The page of real files: time to equal error, pictures at equal time, and the tables."""
 
 import sys
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
+from matplotlib.figure import Figure
 from scipy.ndimage import gaussian_filter
 
 from bench.crops import EDGE, write_crop
-from bench.document import Heading, Part, Pictures, page
+from bench.document import DPI, Heading, Part, Pictures, Plot, page
 from bench.jobs import RenderFailed
-from bench.real_figures import Measurements, error_maps, seen
+from bench.metrics import SIGMAS
+from bench.real_figures import Measurements, curves, error_maps, seen
 from bench.real_measuring import Effort, Outcome
 from bench.real_renders import DENOISED, EVEN, NATIVE, OURS, RAW, THRESHOLD, Render, Result, rendered
+from bench.real_tables import MAIN, Told
 from bench.scene_files import SceneFile
 
-#: Samples at which ours is shown, as near as they were measured; Cycles takes the same time.
-_SAMPLES = 64
+#: The setting of ours that is shown in each mode, as near as it was measured; Cycles takes the same time.
+_SETTINGS = {RAW: (EVEN, 64.0), DENOISED: (THRESHOLD, 0.1)}
 
 #: Thresholds between which the one of equal time is looked for.
 _THRESHOLDS = (0.003, 1.0)
@@ -26,7 +29,12 @@ _THRESHOLDS = (0.003, 1.0)
 #: By which power of its time Cycles' threshold falls, if that is not known yet; and what is believed of two renders.
 _SLOPE, _SLOPES = -1.3, (-6.0, -0.5)
 
-_NAMES = {EVEN: "Cycles, even samples", THRESHOLD: "Cycles, noise threshold"}
+_NAMES = {
+    (NATIVE, EVEN): "Cycles, even samples",
+    (NATIVE, THRESHOLD): "Cycles, noise threshold",
+    (OURS, EVEN): "Spectral Tiles, samples",
+    (OURS, THRESHOLD): "Spectral Tiles, noise threshold",
+}
 
 
 @dataclass(frozen=True)
@@ -38,36 +46,82 @@ class Shown:
     error: np.ndarray
 
 
-def write(folder: Path, files: Sequence[SceneFile], outcome: Outcome, effort: Effort, about: str, tables: list) -> Path:
+def write(
+    folder: Path,
+    files: Sequence[SceneFile],
+    outcome: Outcome,
+    effort: Effort,
+    told: Told,
+    experiments: Callable[[Path], Sequence[Part]],
+) -> Path:
     """Write the page and return its path; what Cycles takes in our time is rendered for it.
 
     Parameters
     ----------
     folder : Path
-        Receives ``real.html`` and the crops, which are in the page, too.
+        Receives ``report.html``, and the pictures, which are in the page, too.
     files : sequence of SceneFile
     outcome : Outcome
     effort : Effort
         The outcome's.
-    about : str
-        How it was measured.
-    tables : list of Part
+    told : Told
+        What the outcome tells.
+    experiments : callable
+        From a folder for their pictures to the parts that stand before the tables.
     """
-    pictures: list[Part] = [Heading("Pictures at equal time", "Where errors differ most, pixel by pixel.")]
-    for file in files:
-        if file.name not in outcome.figures:
-            continue
-        for mode in (RAW, DENOISED):
+    folder.mkdir(parents=True, exist_ok=True)
+    pictures: list[Part] = [
+        Heading(
+            "Pictures at equal time",
+            "Enlarged where errors differ most between ours and Cycles by its better way, whoever is better there. "
+            "Seconds are the processor's; errors are the whole picture's mean squares.",
+        )
+    ]
+    measured = [file for file in files if file.name in outcome.figures]
+    for file in measured:
+        for mode in (DENOISED, RAW):
             print(f"page: {file.name}, {mode}", file=sys.stderr, flush=True)
             try:
                 pictures.append(_crops(file, mode, outcome, effort, folder))
             except RenderFailed as failure:
                 pictures.append(Heading(f"{file.name}, {mode}", f"No pictures: {failure}"))
-    folder.mkdir(parents=True, exist_ok=True)
-    path = folder / "real.html"
-    summary = [str(part.text) for part in tables[:1] if isinstance(part, Heading)]
-    path.write_text(page("Real files", "\n".join([*summary, about]), [*pictures, *tables]), encoding="utf-8")
+    plots = [_convergence(outcome.found, *measure, folder) for measure in MAIN]
+    parts = [
+        *told.time,
+        *plots,
+        *pictures,
+        *experiments(folder),
+        *told.tables,
+        Heading("How it was measured", told.how),
+    ]
+    path = folder / "report.html"
+    path.write_text(page("Spectral Tiles against Cycles", told.summary, parts), encoding="utf-8")
     return path
+
+
+def _convergence(found: dict[str, Measurements], mode: str, sigma: int, folder: Path) -> Plot:
+    """Draw error over time, a small diagram a file."""
+    columns = min(3, len(found))
+    rows = -(-len(found) // columns)
+    figure = Figure(figsize=(3.6 * columns, 2.7 * rows + 0.4), layout="constrained")
+    axes = figure.subplots(rows, columns, squeeze=False).ravel()
+    lines = {}
+    for axis, (name, measured) in zip(axes, found.items(), strict=False):
+        for (engine, rule), label in _NAMES.items():
+            if curve := curves(measured, engine, mode, sigma).get(rule):
+                style = {"color": f"C{engine == OURS:d}", "linestyle": "-" if rule == EVEN else "--", "marker": "."}
+                lines[label] = axis.plot(*zip(*curve.points, strict=True), **style)[0]
+        axis.set(title=name, xscale="log", yscale="log")
+    for axis in axes[len(found) :]:
+        axis.remove()
+    figure.legend(lines.values(), lines, loc="outside upper center", ncols=len(lines) if columns > 2 else 1)
+    path = folder / f"convergence-{mode}.png"
+    figure.savefig(path, dpi=DPI)
+    return Plot(
+        f"Mean square error over processor seconds, {mode}, sigma {SIGMAS[sigma]}; lower and further left is better. "
+        "Renders that took longer than others and were no better are left out",
+        path,
+    )
 
 
 def _crops(file: SceneFile, mode: str, outcome: Outcome, effort: Effort, folder: Path) -> Pictures:
@@ -82,7 +136,7 @@ def _crops(file: SceneFile, mode: str, outcome: Outcome, effort: Effort, folder:
     for number, (label, result) in enumerate(pictures):
         crop = folder / "crops" / f"{file.name.replace('/', '+')}-{mode}-{number}.png"
         row.append((label, write_crop(result.png, middle, crop)))
-    where = f"{subject.label.split(':')[0]} is {'better' if gain > 0 else 'worse'} here"
+    where = f"{subject.label.split(',')[0]} is {'better' if gain > 0 else 'worse'} here"
     return Pictures(f"{file.name}, {mode}: {where}", [row])
 
 
@@ -93,28 +147,29 @@ def _contenders(
     found = outcome.found[file.name]
     denoise = mode == DENOISED
     engine = OURS if any(of == OURS and in_mode == mode for of, in_mode, _ in found) else NATIVE
-    samples = min(effort.samples, key=lambda count: abs(count - _SAMPLES))
-    wanted = f"{EVEN} {samples:g}"
+    rule, value = _SETTINGS[mode] if effort.thresholds else _SETTINGS[RAW]
+    measured = effort.samples if rule == EVEN else effort.thresholds
+    value = min(measured, key=lambda each: abs(np.log(each / value)))
+    wanted = f"{rule} {value:g}"
     time = found[engine, mode, wanted].processor
     renders = {EVEN: Render(NATIVE, EVEN, samples_in(found, mode, time), denoise, beside=effort.beside)}
     if effort.thresholds:
         threshold = threshold_in(_native(found, mode, THRESHOLD), time)
         renders[THRESHOLD] = Render(NATIVE, THRESHOLD, threshold, denoise, beside=effort.beside)
-    shown = []
-    for rule, render in renders.items():
-        shown.append(_shown(f"{_NAMES[rule]} {render.value:g}", rendered(file, effort.width, render), halves))
+    shown = [_shown(render, rendered(file, effort.width, render), halves) for render in renders.values()]
     if engine == OURS:
-        ours = next(
-            result
+        ours, result = next(
+            (render, result)
             for render, result in outcome.results[file.name]
             if (render.engine, render.mode, render.setting, render.repeat) == (OURS, mode, wanted, 0)
         )
-        shown.append(_shown(f"Ours at {wanted}", ours, halves))
+        shown.append(_shown(ours, result, halves))
     return shown
 
 
-def _shown(name: str, result: Result, halves: Sequence[np.ndarray]) -> Shown:
+def _shown(render: Render, result: Result, halves: Sequence[np.ndarray]) -> Shown:
     error = error_maps(seen(result.pixels()), halves)[0]
+    name = f"{_NAMES[render.engine, render.rule]} {render.value:g}"
     return Shown(f"{name}: {result.processor:.1f} s, error {error.mean():.1e}", result, error)
 
 

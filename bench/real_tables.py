@@ -96,18 +96,45 @@ class Files:
         return found
 
 
-def parts(figures: dict[str, dict]) -> list[Part]:
-    """Return all tables; those of Cycles alone if ours was not measured."""
+@dataclass(frozen=True)
+class Told:
+    """What measurements tell, in the order in which it is read.
+
+    Attributes
+    ----------
+    summary : str
+        Sentences, a line each.
+    time : list of Part
+        Time to equal error.
+    tables : list of Part
+        All else.
+    how : str
+        How it was measured.
+    """
+
+    summary: str
+    time: list[Part]
+    tables: list[Part]
+    how: str
+
+
+def told(figures: dict[str, dict], how: str) -> Told:
+    """Return all that figures tell; of Cycles alone if ours was not measured."""
     files = Files(figures)
     if not any(OURS in each["measured"] for each in figures.values()):
-        return [_native_table(files)]
-    return [
-        Heading("In short", headline(files)),
+        return Told("Cycles alone.", [], [_native_table(files)], how)
+    better, *ways = (_overview(files, "time_to_error", caption, way) for caption, way in _WAYS)
+    time = [
+        Heading("Time to equal error", TIME_TEXT),
+        better,
+        *(_by_file(files, "time_to_error", *measure) for measure in MAIN),
+    ]
+    tables = [
+        Heading("All figures", "Ours over Cycles': below 1 is better."),
         _goals_table(files),
         *_worse(files),
-        Heading("Time to equal error", TIME_TEXT),
-        *(_overview(files, "time_to_error", caption, way) for caption, way in _WAYS),
-        *(_by_file(files, "time_to_error", *measure) for measure in _SHOWN),
+        *ways,
+        *(_by_file(files, "time_to_error", *measure) for measure in _SHOWN if measure not in MAIN),
         Heading("Error at the same settings", SAME_SETTINGS_TEXT),
         _overview(files, "same_settings", "All files, median / worst"),
         *(_by_file(files, "same_settings", *measure) for measure in _SHOWN),
@@ -119,6 +146,7 @@ def parts(figures: dict[str, dict]) -> list[Part]:
         *(_costs_by_file(files, mode) for mode in (RAW, DENOISED)),
         _native_table(files),
     ]
+    return Told(headline(files), time, tables, how)
 
 
 TIME_TEXT = (
@@ -137,13 +165,20 @@ SAME_TIME_TEXT = (
 )
 
 _WAYS = (
-    ("Cycles by its better way for each file, median / worst", BETTER),
-    ("Cycles by even samples only, median / worst", EVEN),
-    ("Cycles by noise thresholds only, median / worst", THRESHOLD),
+    ("Time to equal error, Cycles by its better way for each file, median / worst", BETTER),
+    ("Time to equal error, Cycles by even samples only, median / worst", EVEN),
+    ("Time to equal error, Cycles by noise thresholds only, median / worst", THRESHOLD),
 )
 
-#: Measures whose figures are shown for each file.
-_SHOWN = ((RAW, 1), (RAW, 0), (DENOISED, 0))
+_KINDS = {
+    "time_to_error": "Time to equal error",
+    "same_settings": "Error at the same settings",
+    "equal_time": "Error in the same time",
+}
+
+#: Measures that are told first, and all whose figures are shown for each file.
+MAIN = ((DENOISED, 0), (RAW, 1))
+_SHOWN = (*MAIN, (RAW, 0))
 
 #: Settings at which times to equal error are judged.
 _SAMPLES, _THRESHOLDS = ("even 16", "even 64"), ("threshold 0.1", "threshold 0.03")
@@ -162,14 +197,16 @@ _GOALS: Sequence[tuple[str, str, Sequence[tuple[str, int]], Sequence[str]]] = (
 
 
 def headline(files: Files) -> str:
-    """Return what artists want to know first."""
+    """Return what artists want to know first, a sentence a line."""
     lines = []
-    for mode, index, setting in ((RAW, 1, "even 16"), (RAW, 1, "even 64"), (DENOISED, 0, "threshold 0.1")):
+    for mode, index, setting in ((DENOISED, 0, "threshold 0.1"), (RAW, 1, "even 64"), (RAW, 1, "even 16")):
         if found := files.ratios("time_to_error", mode, index, setting):
             worst = max(found, key=lambda each: each.value)
+            rule, value = setting.split()
+            at = f"{value} samples a pixel" if rule == EVEN else f"a noise threshold of {value}"
             lines.append(
-                f"As good as Cycles at {setting}, {mode}: {_median(found):.2f} of its processor time in the median of "
-                f"{len(found)} files; worst {worst} in {worst.file}."
+                f"Spectral Tiles takes {_median(found):.2f} of Cycles' processor time to a picture as good as Cycles' "
+                f"at {at}, {mode} (median of {len(found)} files; worst {worst} in {worst.file})."
             )
     return "\n".join(lines)
 
@@ -234,7 +271,7 @@ def _overview(files: Files, kind: str, caption: str, way: str = BETTER) -> Table
 
 def _by_file(files: Files, kind: str, mode: str, index: int) -> Table:
     columns = {setting: files.ratios(kind, mode, index, setting) for setting in files.settings()}
-    return _table_by_file(f"Each file, {mode}, sigma {SIGMAS[index]}, worst first", columns)
+    return _table_by_file(f"{_KINDS[kind]}: each file, {mode}, sigma {SIGMAS[index]}, worst first", columns)
 
 
 def _table_by_file(caption: str, columns: dict[str, list[Ratio]]) -> Table:
@@ -259,7 +296,7 @@ def _costs_overview(files: Files) -> Table:
 
 def _costs_by_file(files: Files, mode: str) -> Table:
     columns = {setting: files.costs("processor", mode, setting) for setting in files.settings()}
-    return _table_by_file(f"Each file, processor time, {mode}, worst first", columns)
+    return _table_by_file(f"Processor time: each file, {mode}, worst first", columns)
 
 
 def _native_table(files: Files) -> Table:
