@@ -35,12 +35,14 @@ SHOWN_SCENE = "interior"
 TIMED, TIMED_SIZE = (DEMO_SCENE, "hazy_room"), (1920, 1080)
 #: What Sub-Frames are for, and samples a pixel of their references, two of 256 moments each.
 BLURRED, SUB_FRAMES_REFERENCE = tuple(f"demo_blend/{name}.blend" for name in ("swinging_lamp", "blinking_signs")), 256
+#: The user guide's pictures of them.
+SHOWN_SIZE, SHOWN_SAMPLES_AND_MOMENTS = (400, 225), (64, 32)
 #: The demo and two scenes of other kinds.
 FEW = (DEMO_SCENE, "metal", "still_life")
 #: Small scenes and a production's, with and without volumes, hair and many lamps.
 FLICKERING = ("room", "candles", "night_market", "creature")
 #: What `report` measures if no files are named; and, with --quick, two kinds of noise.
-DEMOS_FOLDER, QUICK_FILES = Path("demo_blend"), ("interior", "round_lens")
+DEMOS_FOLDER, QUICK_FILES, QUICK_WIDTH = Path("demo_blend"), ("interior", "round_lens"), 160
 #: The paper's experiments as `report` has them; all but the scenes are told to `paper`.
 EXPERIMENTS = paper.Effort(PAPER, 512, range(4), SAMPLES, (100,))
 QUICK_EXPERIMENTS = paper.Effort(PAPER[:1], 128, range(2), 16, (32,))
@@ -109,6 +111,8 @@ def _sub_frames(options: argparse.Namespace) -> str:
     from bench import sub_frames  # renders in this process
 
     scenes = [scene_file(name) for name in options.scenes]
+    if options.docs:
+        return sub_frames.write_pictures(scenes, SHOWN_SIZE, *SHOWN_SAMPLES_AND_MOMENTS)
     size, reference = tuple(options.size), options.reference_samples or SUB_FRAMES_REFERENCE
     return sub_frames.report(scenes, size, options.samples, options.moments, options.seeds, reference)
 
@@ -149,7 +153,8 @@ def _real(options: argparse.Namespace) -> str:
 def _report(options: argparse.Namespace) -> str:
     effort, experiments, names = _real_effort(options), EXPERIMENTS, options.files
     if options.quick:
-        effort, experiments = replace(effort, samples=(4, 16), thresholds=(0.1,)), QUICK_EXPERIMENTS
+        effort = replace(effort, width=options.width or QUICK_WIDTH, samples=(4, 16), thresholds=(0.1,))
+        experiments = QUICK_EXPERIMENTS
         names = names or QUICK_FILES * (options.folder == DEMOS_FOLDER)
     if options.experiments is not None:
         experiments = replace(experiments, scenes=options.experiments)
@@ -285,6 +290,7 @@ def _parser() -> argparse.ArgumentParser:
     blurred.add_argument("--samples", type=int, default=16, help="samples a pixel, and renders by hand")
     blurred.add_argument("--moments", type=_counts, default=(8, 16, 32, 64), help="moments, as in 8,16,32,64")
     blurred.add_argument("--seeds", type=int, default=3, help="pictures of each")
+    blurred.add_argument("--docs", action="store_true", help="only renew the user guide's pictures")
     blurred.set_defaults(run=_sub_frames)
 
     animation = commands.add_parser("frames", parents=[quick], help="error of the mean of frames of still scenes")

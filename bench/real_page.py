@@ -8,33 +8,31 @@ from pathlib import Path
 
 import numpy as np
 from matplotlib.figure import Figure
+from matplotlib.ticker import LogLocator, NullLocator
 from scipy.ndimage import gaussian_filter
 
 from bench.crops import EDGE, write_crop
 from bench.document import DPI, Heading, Part, Pictures, Plot, page
+from bench.equal_time import is_near, value_in_time
 from bench.jobs import RenderFailed
 from bench.metrics import SIGMAS
 from bench.real_figures import Measurements, curves, error_maps, seen
 from bench.real_measuring import Effort, Outcome
 from bench.real_renders import DENOISED, EVEN, NATIVE, OURS, RAW, THRESHOLD, Render, Result, rendered
-from bench.real_tables import MAIN, Told
+from bench.real_tables import MAIN, Told, in_words
 from bench.scene_files import SceneFile
 
 #: The setting of ours that is shown in each mode, as near as it was measured; Cycles takes the same time.
 _SETTINGS = {RAW: (EVEN, 64.0), DENOISED: (THRESHOLD, 0.1)}
 
-#: Thresholds between which the one of equal time is looked for.
-_THRESHOLDS = (0.003, 1.0)
+#: Renders that look for Cycles' setting of equal time, and by how much its time may then differ: Cycles takes at least
+#: some 32 samples a pixel at any threshold.
+_TRIES, _NEAR = 2, 0.3
 
-#: By which power of its time Cycles' threshold falls, if that is not known yet; and what is believed of two renders.
-_SLOPE, _SLOPES = -1.3, (-6.0, -0.5)
+#: Where a decade of a diagram's axes has numbers.
+_TICKS = (1.0, 1.5, 2.0, 3.0, 5.0, 7.0)
 
-_NAMES = {
-    (NATIVE, EVEN): "Cycles, even samples",
-    (NATIVE, THRESHOLD): "Cycles, noise threshold",
-    (OURS, EVEN): "Spectral Tiles, samples",
-    (OURS, THRESHOLD): "Spectral Tiles, noise threshold",
-}
+_NAMES = {NATIVE: "Cycles", OURS: "Spectral Tiles"}
 
 
 @dataclass(frozen=True)
@@ -107,11 +105,17 @@ def _convergence(found: dict[str, Measurements], mode: str, sigma: int, folder: 
     axes = figure.subplots(rows, columns, squeeze=False).ravel()
     lines = {}
     for axis, (name, measured) in zip(axes, found.items(), strict=False):
-        for (engine, rule), label in _NAMES.items():
-            if curve := curves(measured, engine, mode, sigma).get(rule):
+        for engine, label in _NAMES.items():
+            for rule, curve in curves(measured, engine, mode, sigma).items():
                 style = {"color": f"C{engine == OURS:d}", "linestyle": "-" if rule == EVEN else "--", "marker": "."}
-                lines[label] = axis.plot(*zip(*curve.points, strict=True), **style)[0]
+                what = f"{label}, {'samples' if rule == EVEN else 'noise threshold'}"
+                if curve.points:
+                    lines[what] = axis.plot(*zip(*curve.points, strict=True), **style)[0]
         axis.set(title=name, xscale="log", yscale="log")
+        for each in (axis.xaxis, axis.yaxis):
+            each.set_major_locator(LogLocator(subs=_TICKS))
+            each.set_major_formatter("{x:.3g}")
+            each.set_minor_locator(NullLocator())
     for axis in axes[len(found) :]:
         axis.remove()
     figure.legend(lines.values(), lines, loc="outside upper center", ncols=len(lines) if columns > 2 else 1)
@@ -125,13 +129,16 @@ def _convergence(found: dict[str, Measurements], mode: str, sigma: int, folder: 
 
 
 def _crops(file: SceneFile, mode: str, outcome: Outcome, effort: Effort, folder: Path) -> Pictures:
-    """Return crops of a file in one mode: Cycles by both ways, ours, reference."""
+    """Return crops of a file in one mode: Cycles, ours, reference."""
     halves = [seen(result.pixels()) for result in outcome.references[file.name]]
     shown = _contenders(file, mode, outcome, effort, halves)
     *rivals, subject = shown
     rival = min(rivals, key=lambda each: each.error.mean())
     middle, gain = spot(rival.error - subject.error)
-    pictures = [*((each.label, each.result) for each in shown), ("Converged", outcome.references[file.name][0])]
+    pictures = [
+        *((each.label, each.result) for each in shown),
+        ("Reference, one of two halves", outcome.references[file.name][0]),
+    ]
     row = []
     for number, (label, result) in enumerate(pictures):
         crop = folder / "crops" / f"{file.name.replace('/', '+')}-{mode}-{number}.png"
@@ -143,7 +150,7 @@ def _crops(file: SceneFile, mode: str, outcome: Outcome, effort: Effort, folder:
 def _contenders(
     file: SceneFile, mode: str, outcome: Outcome, effort: Effort, halves: Sequence[np.ndarray]
 ) -> list[Shown]:
-    """Return Cycles by its two ways and ours, all in about the same time; without ours, Cycles' ways."""
+    """Return Cycles by the ways that can take our time, and ours; without ours, Cycles' ways."""
     found = outcome.found[file.name]
     denoise = mode == DENOISED
     engine = OURS if any(of == OURS and in_mode == mode for of, in_mode, _ in found) else NATIVE
@@ -152,11 +159,18 @@ def _contenders(
     value = min(measured, key=lambda each: abs(np.log(each / value)))
     wanted = f"{rule} {value:g}"
     time = found[engine, mode, wanted].processor
-    renders = {EVEN: Render(NATIVE, EVEN, samples_in(found, mode, time), denoise, beside=effort.beside)}
-    if effort.thresholds:
-        threshold = threshold_in(_native(found, mode, THRESHOLD), time)
-        renders[THRESHOLD] = Render(NATIVE, THRESHOLD, threshold, denoise, beside=effort.beside)
-    shown = [_shown(render, rendered(file, effort.width, render), halves) for render in renders.values()]
+
+    def native(rule: str, value: float) -> tuple[Render, Result]:
+        render = Render(NATIVE, rule, value, denoise, beside=effort.beside)
+        return render, rendered(file, effort.width, render)
+
+    found_by = []
+    for rule in (EVEN, THRESHOLD) if effort.thresholds else (EVEN,):
+        known = _native(found, mode, rule)
+        value = value_in_time(rule, known, time, lambda one, rule=rule: native(rule, one)[1].processor, _TRIES)
+        found_by.append(native(rule, value))
+    in_time = [pair for pair in found_by if is_near(pair[1].processor, time, _NEAR)]
+    shown = [_shown(*pair, halves) for pair in in_time or found_by]
     if engine == OURS:
         ours, result = next(
             (render, result)
@@ -169,32 +183,8 @@ def _contenders(
 
 def _shown(render: Render, result: Result, halves: Sequence[np.ndarray]) -> Shown:
     error = error_maps(seen(result.pixels()), halves)[0]
-    name = f"{_NAMES[render.engine, render.rule]} {render.value:g}"
-    return Shown(f"{name}: {result.processor:.1f} s, error {error.mean():.1e}", result, error)
-
-
-def samples_in(found: Measurements, mode: str, time: float) -> int:
-    """Return how many even samples Cycles takes in a processor time, which grows in proportion to them."""
-    known = _native(found, mode, EVEN)
-    times, counts = [each for _, each in known], [count for count, _ in known]
-    if len(known) == 1:
-        return max(1, round(counts[0] * time / times[0]))
-    slope, start = np.polyfit(counts, times, 1, w=1.0 / np.array(times))
-    return max(1, round((time - start) / slope)) if slope > 0.0 else counts[-1]
-
-
-def threshold_in(known: Sequence[tuple[float, float]], time: float) -> float:
-    """Return the threshold with which Cycles takes about a processor time, by thresholds and times that are known.
-
-    The straight line through the two that are nearest, in the logarithms of both, is followed.
-    """
-    nearest = sorted(known, key=lambda each: abs(np.log(each[1] / time)))[:2]
-    thresholds, times = np.log(np.array(nearest)).T
-    slope = _SLOPE
-    if len(nearest) > 1 and times[0] != times[1]:
-        slope = np.clip((thresholds[0] - thresholds[1]) / (times[0] - times[1]), *_SLOPES)
-    wanted = np.exp(thresholds[0] + slope * (np.log(time) - times[0]))
-    return float(f"{np.clip(wanted, *_THRESHOLDS):.3g}")
+    name = f"{_NAMES[render.engine]}, {in_words(render.setting)}"
+    return Shown(f"{name}: {result.processor:.1f}\N{NO-BREAK SPACE}s, error {error.mean():.1e}", result, error)
 
 
 def _native(found: Measurements, mode: str, rule: str) -> list[tuple[float, float]]:

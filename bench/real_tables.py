@@ -2,7 +2,7 @@
 """The figures of real files as tables: medians and worst over all files, and each file, worst first."""
 
 import statistics
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 from bench.document import Heading, Part, Table
@@ -152,7 +152,8 @@ def told(figures: dict[str, dict], how: str) -> Told:
 TIME_TEXT = (
     "Processor time of ours, by its better way (even samples or noise threshold), to the error that Cycles leaves at "
     "each setting, over Cycles' time to it. Between measured settings time and error are interpolated in their "
-    "logarithms; ~ marks what lies beyond them; inf: not reached within four times the longest render."
+    "logarithms; ~ marks what lies beyond them; inf: not reached within four times the longest render. Errors are "
+    "taken after a Gaussian of sigma pixels, 0 for single pixels: 1 and 2 stand for an eye at some distance."
 )
 
 SAME_SETTINGS_TEXT = (
@@ -202,8 +203,7 @@ def headline(files: Files) -> str:
     for mode, index, setting in ((DENOISED, 0, "threshold 0.1"), (RAW, 1, "even 64"), (RAW, 1, "even 16")):
         if found := files.ratios("time_to_error", mode, index, setting):
             worst = max(found, key=lambda each: each.value)
-            rule, value = setting.split()
-            at = f"{value} samples a pixel" if rule == EVEN else f"a noise threshold of {value}"
+            at = in_words(setting).replace("threshold", "a noise threshold of")
             lines.append(
                 f"Spectral Tiles takes {_median(found):.2f} of Cycles' processor time to a picture as good as Cycles' "
                 f"at {at}, {mode} (median of {len(found)} files; worst {worst} in {worst.file})."
@@ -220,21 +220,22 @@ def _goals_table(files: Files) -> Table:
             for setting in settings or files.settings()
             for one in files.ratios(kind, *measure, setting)
         ]
-        rows.append(_goal(caption, pooled))
+        rows += _goal(caption, pooled)
     for cost, caption in (("processor", "processor time"), ("wall", "wall time")):
         for settings, where in ((files.settings()[:1], "at the first setting"), (files.settings(), "at all settings")):
             pooled = [
                 one for mode in (RAW, DENOISED) for setting in settings for one in files.costs(cost, mode, setting)
             ]
-            rows.append(_goal(f"{caption} {where}", pooled))
+            rows += _goal(f"{caption} {where}", pooled)
     return Table("Figures to reach, ours over Cycles'", ["", "median", "worst", "where"], rows)
 
 
-def _goal(caption: str, pooled: list[Ratio]) -> list[str]:
+def _goal(caption: str, pooled: list[Ratio]) -> list[list[str]]:
+    """Return a row, none if nothing was measured."""
     if not pooled:
-        return [caption, "-", "-", "-"]
+        return []
     worst = max(pooled, key=lambda each: each.value)
-    return [caption, f"{_median(pooled):.2f}", str(worst), f"{worst.file}, {worst.setting}"]
+    return [[caption, f"{_median(pooled):.2f}", str(worst), f"{worst.file}, {in_words(worst.setting)}"]]
 
 
 def _worse(files: Files) -> list[Part]:
@@ -252,7 +253,7 @@ def _worse(files: Files) -> list[Part]:
     for name in names:
         of_file = [(one, what) for one, what in found if one.file == name]
         one, what = max(of_file, key=lambda each: each[0].value)
-        rows.append((one.value, [name, str(one), f"{what}, {one.setting}", str(len(of_file))]))
+        rows.append((one.value, [name, str(one), f"{what}, {in_words(one.setting)}", str(len(of_file))]))
     rows = [row for _, row in sorted(rows, key=lambda each: -each[0])]
     if not rows:
         return [Heading("Where ours is worse", "Nowhere.")]
@@ -266,7 +267,7 @@ def _overview(files: Files, kind: str, caption: str, way: str = BETTER) -> Table
     for mode, index in MEASURES:
         cells = [_median_and_worst(files.ratios(kind, mode, index, setting, way)) for setting in settings]
         rows.append([f"{mode}, sigma {SIGMAS[index]}", *cells])
-    return Table(caption, ["", *settings], rows)
+    return Table(caption, _header(settings), rows)
 
 
 def _by_file(files: Files, kind: str, mode: str, index: int) -> Table:
@@ -281,7 +282,7 @@ def _table_by_file(caption: str, columns: dict[str, list[Ratio]]) -> Table:
         cells = [next((one for one in column if one.file == name), None) for column in columns.values()]
         worst = max(one.value for one in cells if one is not None)
         rows.append((worst, [name, *("-" if one is None else str(one) for one in cells)]))
-    return Table(caption, ["", *columns], [row for _, row in sorted(rows, key=lambda each: -each[0])])
+    return Table(caption, _header(columns), [row for _, row in sorted(rows, key=lambda each: -each[0])])
 
 
 def _costs_overview(files: Files) -> Table:
@@ -291,7 +292,7 @@ def _costs_overview(files: Files) -> Table:
         for mode in (RAW, DENOISED):
             cells = [_median_and_worst(files.costs(cost, mode, setting), digits) for setting in files.settings()]
             rows.append([f"{caption}, {mode}", *cells])
-    return Table("All files, median / worst", ["", *files.settings()], rows)
+    return Table("All files, median / worst", _header(files.settings()), rows)
 
 
 def _costs_by_file(files: Files, mode: str) -> Table:
@@ -312,7 +313,7 @@ def _native_table(files: Files) -> Table:
                 cells.append(f"{one['processor']:.2f} s {one['errors'][0]:.1e}" if one else "-")
             rows.append([f"{name}, {mode}", *cells, f"{figures['reference_noise'][0]:.1e}"])
     caption = "Cycles alone: processor seconds and mean square error at sigma 0; what noise was taken off the reference"
-    return Table(caption, ["", *settings, "reference"], rows)
+    return Table(caption, [*_header(settings), "reference"], rows)
 
 
 def _median(found: Sequence[Ratio]) -> float:
@@ -323,6 +324,18 @@ def _median_and_worst(found: Sequence[Ratio], digits: int = 2) -> str:
     if not found:
         return "-"
     return f"{_median(found):.{digits}f} / {max(one.value for one in found):.{digits}f}"
+
+
+def in_words(setting: str) -> str:
+    """Return a setting as readers know it."""
+    rule, value = setting.split()
+    if rule == THRESHOLD:
+        return f"threshold {value}"
+    return f"{value} sample{'' if value == '1' else 's'}"
+
+
+def _header(settings: Iterable[str]) -> list[str]:
+    return ["", *map(in_words, settings)]
 
 
 def _order(setting: str) -> tuple[bool, float]:

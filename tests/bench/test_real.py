@@ -12,10 +12,11 @@ import pytest
 from bench import demo, doc_parts, real, real_renders
 from bench.document import Heading
 from bench.equal_error import Curve
+from bench.equal_time import samples_in, threshold_in, value_in_time
 from bench.jobs import engine_state
 from bench.real_figures import Measured, error_maps, file_figures, noise_of, ratio, seen, spread
 from bench.real_measuring import Effort, measure
-from bench.real_page import samples_in, spot, threshold_in
+from bench.real_page import spot
 from bench.real_renders import (
     DENOISED,
     EVEN,
@@ -128,7 +129,7 @@ def test_tables_name_the_worst_first(measured):
     figures["slow"] = file_figures(slow, 100, NOISE)
     found = told(figures, "")
     assert found.summary.splitlines()[-1] == (
-        "Spectral Tiles takes 1.75 of Cycles' processor time to a picture as good as Cycles' at 16 samples a pixel, "
+        "Spectral Tiles takes 1.75 of Cycles' processor time to a picture as good as Cycles' at 16 samples, "
         "raw (median of 2 files; worst 3.00 in slow)."
     )
     text = "\n\n".join(map(str, found.time + found.tables))
@@ -145,10 +146,23 @@ def test_tables_of_cycles_alone(measured):
     table(only.header, only.rows)
 
 
-def test_page_finds_settings_of_equal_time_and_where_errors_differ(measured):
-    assert samples_in(measured, RAW, 23.0) == 23
+def test_settings_of_equal_time_are_found():
+    assert samples_in([(16, 16.0), (64, 64.0), (1, 5.0)], 23.0) == 23
+    assert samples_in([(4, 10.0)], 20.0) == 8
     assert threshold_in([(0.1, 16.0), (0.03, 64.0)], 32.0) == pytest.approx(np.sqrt(0.1 * 0.03), rel=0.02)
     assert threshold_in([(0.1, 16.0)], 16.0) == 0.1 > threshold_in([(0.1, 16.0)], 20.0)
+    asked = []
+
+    def seconds(value):
+        asked.append(value)
+        return 3.0 + 1.0 / value
+
+    found = value_in_time(THRESHOLD, [(0.1, 13.0)], 40.0, seconds, 4)
+    assert seconds(found) == pytest.approx(40.0, rel=0.05) and len(asked) <= 4
+    assert value_in_time(THRESHOLD, [(0.1, 13.0)], 13.2, None, 4) == 0.1
+
+
+def test_page_finds_where_errors_differ():
     difference = np.zeros((200, 400))
     difference[40, 300] = -1.0
     (x, y), gain = spot(difference)
@@ -238,8 +252,8 @@ def test_page_shows_pictures_of_equal_time_and_experiments(cache, folder, monkey
     text = real.report(folder, ["one"], SMALL, None, folder / "page", lambda folder: [Heading("The paper")])
     page = (folder / "page" / "report.html").read_text()
     assert f"Page: {folder / 'page' / 'report.html'}" in text
-    assert page.count("<img") == 2 + 2 * 4
-    assert "Cycles, even samples 4: 4.0 s" in page and "Spectral Tiles, noise threshold 0.1: 60.0 s" in page
+    assert page.count("<img") == 2 + 4 + 3  # by no threshold Cycles is as quick as by 4 samples
+    assert "Cycles, 4 samples: 4.0\xa0s" in page and "Spectral Tiles, threshold 0.1: 60.0\xa0s" in page
     order = ["of Cycles&#x27; processor time", *(f'<h2 id="{one}' for one in ("time", "pictures", "the-paper", "all-"))]
     assert [*map(page.index, order)] == sorted(map(page.index, order))
     assert {(found["render"]["rule"], found["render"]["value"]) for found in worker.orders[12 + 2 :]} == {
