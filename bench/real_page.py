@@ -133,7 +133,7 @@ def _crops(file: SceneFile, mode: str, outcome: Outcome, effort: Effort, folder:
     halves = [seen(result.pixels()) for result in outcome.references[file.name]]
     shown = _contenders(file, mode, outcome, effort, halves)
     *rivals, subject = shown
-    rival = min(rivals, key=lambda each: each.error.mean())
+    rival = min(rivals, key=lambda each: each.error.mean(), default=subject)
     middle, gain = spot(rival.error - subject.error)
     pictures = [
         *((each.label, each.result) for each in shown),

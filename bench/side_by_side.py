@@ -36,7 +36,8 @@ def write(path: Path, shown: Sequence[tuple[str, str, np.ndarray]], difference: 
         sheet[_HEAD : _HEAD + height, left : left + width] = column
 
     matplotlib.use("Agg")
-    figure = plt.figure(figsize=(sheet.shape[1] / _DPI, sheet.shape[0] / _DPI), dpi=_DPI)
+    size = (sheet.shape[1] / _DPI, sheet.shape[0] / _DPI)
+    figure = plt.figure(figsize=size, dpi=_DPI, facecolor=(_BACKGROUND,) * 3)
     figure.figimage(sheet)
     for left, (title, caption, _) in zip(lefts, shown, strict=True):
         for text, size, line in ((title, 12, 15), (caption, 9, 35)):
