@@ -45,7 +45,7 @@ real folder *options:
 bench *options:
     uv run python -m bench {{ options }}
 
-# Write out/report/report.html
+# Write out/report/report.html: sentences, pictures at equal time, the paper's experiments, tables
 report *options:
     uv run python -m bench report {{ options }}
 

@@ -4,6 +4,7 @@
 import argparse
 import sys
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 
 from bench import (
@@ -17,9 +18,7 @@ from bench import (
     quality,
     real,
     real_measuring,
-    report,
     scene_costs,
-    scene_results,
     timing,
 )
 from bench.jobs import AUTOMATIC, RenderFailed, Settings
@@ -36,10 +35,17 @@ SHOWN_SCENE = "interior"
 TIMED, TIMED_SIZE = (DEMO_SCENE, "hazy_room"), (1920, 1080)
 #: What Sub-Frames are for, and samples a pixel of their references, two of 256 moments each.
 BLURRED, SUB_FRAMES_REFERENCE = tuple(f"demo_blend/{name}.blend" for name in ("swinging_lamp", "blinking_signs")), 256
+#: The user guide's pictures of them.
+SHOWN_SIZE, SHOWN_SAMPLES_AND_MOMENTS = (400, 225), (64, 32)
 #: The demo and two scenes of other kinds.
 FEW = (DEMO_SCENE, "metal", "still_life")
 #: Small scenes and a production's, with and without volumes, hair and many lamps.
 FLICKERING = ("room", "candles", "night_market", "creature")
+#: What `report` measures if no files are named; and, with --quick, two kinds of noise.
+DEMOS_FOLDER, QUICK_FILES, QUICK_WIDTH = Path("demo_blend"), ("interior", "round_lens"), 160
+#: The paper's experiments as `report` has them; all but the scenes are told to `paper`.
+EXPERIMENTS = paper.Effort(PAPER, 512, range(4), SAMPLES, (100,))
+QUICK_EXPERIMENTS = paper.Effort(PAPER[:1], 128, range(2), 16, (32,))
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -105,6 +111,8 @@ def _sub_frames(options: argparse.Namespace) -> str:
     from bench import sub_frames  # renders in this process
 
     scenes = [scene_file(name) for name in options.scenes]
+    if options.docs:
+        return sub_frames.write_pictures(scenes, SHOWN_SIZE, *SHOWN_SAMPLES_AND_MOMENTS)
     size, reference = tuple(options.size), options.reference_samples or SUB_FRAMES_REFERENCE
     return sub_frames.report(scenes, size, options.samples, options.moments, options.seeds, reference)
 
@@ -127,15 +135,42 @@ def _demo(options: argparse.Namespace) -> str:
 
 
 def _paper(options: argparse.Namespace) -> str:
-    effort = _effort(options)
+    if options.quick:
+        effort = QUICK_EXPERIMENTS
+    else:
+        seeds, samples = range(options.seeds), options.reference_samples or SAMPLES
+        effort = paper.Effort(options.experiments, options.lines, seeds, samples, options.spectrum)
     parts = paper.parts(effort, options.out, Progress(paper.steps(effort)))
     if options.docs:
-        paper.write_docs(parts)
+        paper.write_docs(effort, parts)
     return "\n\n".join(map(str, parts))
 
 
 def _real(options: argparse.Namespace) -> str:
-    effort = real_measuring.Effort(
+    return real.report(options.folder, options.files, _real_effort(options), options.json, options.page)
+
+
+def _report(options: argparse.Namespace) -> str:
+    effort, experiments, names = _real_effort(options), EXPERIMENTS, options.files
+    if options.quick:
+        effort = replace(effort, width=options.width or QUICK_WIDTH, samples=(4, 16), thresholds=(0.1,))
+        experiments = QUICK_EXPERIMENTS
+        names = names or QUICK_FILES * (options.folder == DEMOS_FOLDER)
+    if options.experiments is not None:
+        experiments = replace(experiments, scenes=options.experiments)
+    progress = Progress(paper.steps(experiments))
+    return real.report(
+        options.folder,
+        names,
+        effort,
+        options.json,
+        options.page,
+        lambda folder: paper.parts(experiments, folder, progress),
+    )
+
+
+def _real_effort(options: argparse.Namespace) -> real_measuring.Effort:
+    return real_measuring.Effort(
         options.width or (240 if options.quick else 640),
         options.samples,
         options.thresholds,
@@ -147,25 +182,6 @@ def _real(options: argparse.Namespace) -> str:
         options.old_times,
         tuple(options.options),
     )
-    return real.report(options.folder, options.files, effort, options.json, options.page)
-
-
-def _report(options: argparse.Namespace) -> str:
-    if options.quick:
-        effort = scene_results.Effort(report.QUICK_SCENES, 128, (1, 4), range(2), 16, 256, (480, 270), 2)
-    else:
-        pictures = (options.lines, options.samples, range(options.seeds))
-        effort = scene_results.Effort(
-            options.scenes, *pictures, options.reference_samples or SAMPLES, 512, (1920, 1080), options.pairs
-        )
-    return f"{report.make(effort, _effort(options), options.out, options.docs)}"
-
-
-def _effort(options: argparse.Namespace) -> paper.Effort:
-    if options.quick:
-        return paper.Effort(PAPER, 128, range(2), 16, (32,))
-    seeds, samples = range(options.seeds), options.reference_samples or SAMPLES
-    return paper.Effort(options.experiments, options.lines, seeds, samples, options.spectrum)
 
 
 def _cycles_tile(options: argparse.Namespace) -> str:
@@ -274,6 +290,7 @@ def _parser() -> argparse.ArgumentParser:
     blurred.add_argument("--samples", type=int, default=16, help="samples a pixel, and renders by hand")
     blurred.add_argument("--moments", type=_counts, default=(8, 16, 32, 64), help="moments, as in 8,16,32,64")
     blurred.add_argument("--seeds", type=int, default=3, help="pictures of each")
+    blurred.add_argument("--docs", action="store_true", help="only renew the user guide's pictures")
     blurred.set_defaults(run=_sub_frames)
 
     animation = commands.add_parser("frames", parents=[quick], help="error of the mean of frames of still scenes")
@@ -299,7 +316,7 @@ def _parser() -> argparse.ArgumentParser:
     pictures = commands.add_parser("demo", help="one scene by Cycles and by ours in the same time, as pictures")
     pictures.add_argument("--out", type=Path, required=True, metavar="DIR", help="folder of the pictures")
     pictures.add_argument("--scene", default=SHOWN_SCENE, help="name or .blend file")
-    pictures.add_argument("--width", type=int, default=400, metavar="N", help="of the pictures in pixels, 400")
+    pictures.add_argument("--width", type=int, default=320, metavar="N", help="of the pictures in pixels, 320")
     pictures.add_argument("--threshold", type=float, default=0.1, help="Cycles' noise threshold, .1")
     pictures.add_argument("--reference-samples", type=int, default=64, help="samples a pixel of each reference half")
     pictures.add_argument("--docs", action="store_true", help="renew README's picture, too")
@@ -320,8 +337,7 @@ def _parser() -> argparse.ArgumentParser:
     paper_figures.add_argument("--docs", action="store_true", help="renew the spectra and table of the docs too")
     paper_figures.set_defaults(run=_paper)
 
-    files = commands.add_parser("real", help="real .blend files: time to equal error, raw and denoised")
-    files.add_argument("folder", type=Path, metavar="FOLDER", help="with .blend files, also in folders inside")
+    files = argparse.ArgumentParser(add_help=False)
     files.add_argument("--files", nargs="+", default=(), metavar="NAME", help="of those in the folder, all if not told")
     files.add_argument("--quick", action="store_true", help="small pictures and rough references")
     files.add_argument("--width", type=int, metavar="N", help="of the pictures in pixels, 640 (240 with --quick)")
@@ -332,7 +348,6 @@ def _parser() -> argparse.ArgumentParser:
     files.add_argument("--native-only", action="store_true", help="leave ours out")
     files.add_argument("--old-times", action="store_true", help="Cycles' renders from any earlier run, not beside ours")
     files.add_argument("--json", type=Path, metavar="FILE", help="write all figures")
-    files.add_argument("--page", type=Path, metavar="DIR", help="write a page with crops at equal time")
     files.add_argument(
         "--reference-samples",
         type=int,
@@ -350,27 +365,19 @@ def _parser() -> argparse.ArgumentParser:
     files.add_argument(
         "--set", dest="options", nargs="+", type=_option, default=(), metavar="NAME=VALUE", help="settings of ours"
     )
-    files.set_defaults(run=_real)
 
-    page = commands.add_parser("report", parents=[quick], help="one page: figures, curves and pictures against Cycles")
-    page.add_argument("--out", type=Path, default=Path("out/report"), metavar="DIR", help="folder of page and pictures")
+    measured = commands.add_parser("real", parents=[files], help="real .blend files: time to equal error")
+    measured.add_argument("folder", type=Path, metavar="FOLDER", help="with .blend files, also in folders inside")
+    measured.add_argument("--page", type=Path, metavar="DIR", help="write a page with crops at equal time")
+    measured.set_defaults(run=_real)
+
+    page = commands.add_parser("report", parents=[files], help="the same as one page, with the paper's experiments")
+    page.add_argument("folder", type=Path, nargs="?", default=DEMOS_FOLDER, metavar="FOLDER", help=f"{DEMOS_FOLDER}")
     page.add_argument(
-        "--scenes", nargs="+", choices=scene_results.SCENES, default=tuple(scene_results.SCENES), metavar="SCENE"
+        "--out", dest="page", type=Path, default=Path("out/report"), metavar="DIR", help="folder of page and pictures"
     )
-    page.add_argument(
-        "--experiments",
-        nargs="*",
-        choices=PAPER,
-        default=PAPER,
-        metavar="SCENE",
-        help="of the paper, as of paper --scenes",
-    )
-    page.add_argument("--lines", type=int, default=256, help="width and height of the pictures, 256")
-    page.add_argument("--samples", type=_counts, default=(1, 2, 4, 8, 16), help="samples a pixel, as in 1,2,4,8,16")
-    page.add_argument("--seeds", type=int, default=4, help="images of each and sample count")
-    page.add_argument("--pairs", type=int, default=3, help="pairs of timed processes")
-    page.add_argument("--docs", action="store_true", help="renew the pictures and table of the docs too")
-    page.set_defaults(run=_report, spectrum=(100,))
+    page.add_argument("--experiments", nargs="*", choices=PAPER, metavar="SCENE", help="of the paper, all if not told")
+    page.set_defaults(run=_report)
 
     cycles = commands.add_parser("cycles-tile", help="Cycles' own blue noise as a tile for `generator compare`")
     cycles.add_argument("--size", type=int, default=64, help="side in pixels")

@@ -1,5 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The parts of docs/ that commands write: tables between two marks in measurements.md, and pictures."""
+"""The parts of README and docs/ that commands write: what stands between two marks, and pictures."""
+
+from pathlib import Path
 
 import matplotlib.pyplot as plt
 import numpy as np
@@ -9,20 +11,24 @@ from bench.scene_files import ROOT
 
 
 def write_table(command: str, made: Table) -> None:
-    """Renew the table that stands between the marks of a command.
+    """Renew the table of measurements.md that stands between the marks of a command; raises as `renew`."""
+    renew(ROOT / "docs" / "measurements.md", command, f"{made.caption}:\n\n{made.markdown()}")
+
+
+def renew(page: Path, command: str, text: str) -> None:
+    """Renew what stands between the marks of a command in a Markdown file.
 
     Raises
     ------
     ValueError
         If it has no such marks.
     """
-    page = ROOT / "docs" / "measurements.md"
     start, end = f"<!-- python -m bench {command} --docs -->", f"<!-- end of {command} -->"
     before, found, rest = page.read_text(encoding="utf-8").partition(start)
     _, closed, after = rest.partition(end)
     if not (found and closed):
         raise ValueError(f"{page.name} has no marks {start} and {end}")
-    page.write_text(f"{before}{start}\n{made.caption}:\n\n{made.markdown()}\n{end}{after}", encoding="utf-8")
+    page.write_text(f"{before}{start}\n{text}\n{end}{after}", encoding="utf-8")
 
 
 def write_picture(name: str, pixels: np.ndarray) -> None:

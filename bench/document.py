@@ -53,9 +53,10 @@ class Table:
 
     def html(self) -> str:
         header = "".join(f'<th scope="col">{escape(cell)}</th>' for cell in self.header)
+        cells = ("".join(f"<td>{escape(cell)}</td>" for cell in row[1:]) for row in self.rows)
         body = "".join(
-            f'<tr><th scope="row">{escape(row[0])}</th>{"".join(f"<td>{escape(cell)}</td>" for cell in row[1:])}</tr>\n'
-            for row in self.rows
+            f'<tr><th scope="row">{_breakable(row[0])}</th>{rest}</tr>\n'
+            for row, rest in zip(self.rows, cells, strict=True)
         )
         # The caption stands outside of what scrolls sideways, so that it is as wide as the page and stays.
         return (
@@ -124,6 +125,11 @@ def page(title: str, summary: str, parts: Sequence[Part]) -> str:
     return Template(TEMPLATE.read_text(encoding="utf-8")).substitute(
         title=escape(title), summary=_paragraphs(summary), links=links, body="".join(part.html() for part in parts)
     )
+
+
+def _breakable(name: str) -> str:
+    """Return a name as HTML that may go on in the next line after an underscore."""
+    return escape(name).replace("_", "_<wbr>")
 
 
 def _paragraphs(text: str) -> str:

@@ -49,8 +49,8 @@ class Settings:
     first_sample : int
         Index of the first sample in native Cycles' sequence. Number 0 sits in the middle of its pixel; the others are
         anywhere in the pixel's filter.
-    adaptive, denoise : bool
-        Cycles' adaptive sampling (``samples`` is then the largest number), and its denoiser.
+    denoise : bool
+        Whether Cycles' denoiser ends the render.
     still : bool
         Whether the scene is brought to rest, and what counts as seeds elsewhere are the frames of its animation.
     gaussian : float
@@ -73,7 +73,6 @@ class Settings:
     tile: str = "AUTO"
     method: str = "GATHER"
     first_sample: int = 0
-    adaptive: bool = False
     denoise: bool = False
     still: bool = False
     gaussian: float = 0.0
@@ -183,7 +182,7 @@ def result_path(scene: SceneFile, settings: Settings, name: str) -> Path:
         parts.append(f"from_{settings.first_sample}")
     if settings.gaussian:
         parts.append(f"gaussian_{settings.gaussian}")
-    parts += [name for name in ("adaptive", "denoise", "raw", "fixed_seed") if getattr(settings, name)]
+    parts += [name for name in ("denoise", "raw", "fixed_seed") if getattr(settings, name)]
     parts += [settings.film] if settings.film else []
     parts += [f"{name}_{value}" for name, value in settings.options]
     return CACHE / "images" / blender_version() / f"{scene.name}-{scene.key}" / "-".join((*parts, name))

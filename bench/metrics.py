@@ -2,7 +2,6 @@
 """Error figures of images against a converged reference."""
 
 from dataclasses import dataclass
-from pathlib import Path
 
 import flip_evaluator
 import numpy as np
@@ -72,11 +71,6 @@ def flip(image: np.ndarray, reference: np.ndarray) -> float:
     """
     shown = [np.clip(picture, 0, 1).astype(np.float32) for picture in (reference, image)]
     return float(flip_evaluator.evaluate(*shown, "LDR", inputsRGB=False, applyMagma=False)[1])
-
-
-def flip_of_pictures(picture: Path, reference: Path) -> float:
-    """Return the mean of FLIP between two picture files."""
-    return float(flip_evaluator.evaluate(str(reference), str(picture), "LDR", applyMagma=False)[1])
 
 
 def _filtered(difference: np.ndarray, sigma: float, measure: str) -> np.ndarray:

@@ -9,7 +9,7 @@ import matplotlib.pyplot as plt
 import numpy as np
 from matplotlib.figure import Figure
 
-from bench.crops import write_crop
+from bench.crops import crop, write_crop
 from bench.doc_parts import write_picture, write_table
 from bench.document import DPI, Heading, Part, Pictures, Plot, Table
 from bench.equal_quality import MOST, SIGMAS, RandomImages, random_images, worth
@@ -55,6 +55,9 @@ EXPERIMENTS = (
     Experiment("Figures 13 and 14", "glossy_reflection", ("bsdf.u", "bsdf.v"), (0.55, 0.80)),
     Experiment("Figure 16", "moving_penumbra", PENUMBRA, (0.62, 0.35)),
 )
+
+#: Pixels a side of the crops that the docs show, how much they are enlarged, and pixels between them.
+_EDGE, _ENLARGED, _MARGIN = 160, 3, 12
 
 
 @dataclass(frozen=True)
@@ -269,10 +272,23 @@ def _joint_and_marginal(experiment: Experiment, effort: Effort, progress: Progre
     return Table(caption, header, rows)
 
 
-def write_docs(parts: Sequence[Part]) -> None:
-    """Renew the docs' picture of spectra and table of equal quality by the first of each among the parts."""
+def write_docs(effort: Effort, parts: Sequence[Part]) -> None:
+    """Renew the docs' pictures and table: the wheels, the first of the spectra, and equal quality."""
+    for experiment in effort.experiments:
+        if experiment.dims == TIME:
+            write_picture(experiment.scene, _beside_cycles(experiment, effort))
     plots = [part for part in parts if isinstance(part, Plot)]
     tables = [part for part in parts if isinstance(part, Table)]
     if plots:
         write_picture("error_spectra", plt.imread(plots[0].path)[..., :3])
     write_table("paper", tables[0])
+
+
+def _beside_cycles(experiment: Experiment, effort: Effort) -> np.ndarray:
+    """Return enlarged crops by Cycles' own pattern and by ours."""
+    shown = []
+    for sampler in (CYCLES, OURS):
+        path = picture(scene_file(experiment.scene), sampler.settings(effort.settings), effort.seeds[0])
+        part = crop(plt.imread(path)[..., :3], experiment.crop, min(_EDGE, effort.lines))
+        shown.append(part.repeat(_ENLARGED, 0).repeat(_ENLARGED, 1))
+    return np.concatenate((shown[0], np.ones((len(shown[0]), _MARGIN, 3), np.float32), shown[1]), axis=1)

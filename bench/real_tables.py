@@ -2,7 +2,7 @@
 """The figures of real files as tables: medians and worst over all files, and each file, worst first."""
 
 import statistics
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 from bench.document import Heading, Part, Table
@@ -96,18 +96,45 @@ class Files:
         return found
 
 
-def parts(figures: dict[str, dict]) -> list[Part]:
-    """Return all tables; those of Cycles alone if ours was not measured."""
+@dataclass(frozen=True)
+class Told:
+    """What measurements tell, in the order in which it is read.
+
+    Attributes
+    ----------
+    summary : str
+        Sentences, a line each.
+    time : list of Part
+        Time to equal error.
+    tables : list of Part
+        All else.
+    how : str
+        How it was measured.
+    """
+
+    summary: str
+    time: list[Part]
+    tables: list[Part]
+    how: str
+
+
+def told(figures: dict[str, dict], how: str) -> Told:
+    """Return all that figures tell; of Cycles alone if ours was not measured."""
     files = Files(figures)
     if not any(OURS in each["measured"] for each in figures.values()):
-        return [_native_table(files)]
-    return [
-        Heading("In short", headline(files)),
+        return Told("Cycles alone.", [], [_native_table(files)], how)
+    better, *ways = (_overview(files, "time_to_error", caption, way) for caption, way in _WAYS)
+    time = [
+        Heading("Time to equal error", TIME_TEXT),
+        better,
+        *(_by_file(files, "time_to_error", *measure) for measure in MAIN),
+    ]
+    tables = [
+        Heading("All figures", "Ours over Cycles': below 1 is better."),
         _goals_table(files),
         *_worse(files),
-        Heading("Time to equal error", TIME_TEXT),
-        *(_overview(files, "time_to_error", caption, way) for caption, way in _WAYS),
-        *(_by_file(files, "time_to_error", *measure) for measure in _SHOWN),
+        *ways,
+        *(_by_file(files, "time_to_error", *measure) for measure in _SHOWN if measure not in MAIN),
         Heading("Error at the same settings", SAME_SETTINGS_TEXT),
         _overview(files, "same_settings", "All files, median / worst"),
         *(_by_file(files, "same_settings", *measure) for measure in _SHOWN),
@@ -119,12 +146,14 @@ def parts(figures: dict[str, dict]) -> list[Part]:
         *(_costs_by_file(files, mode) for mode in (RAW, DENOISED)),
         _native_table(files),
     ]
+    return Told(headline(files), time, tables, how)
 
 
 TIME_TEXT = (
     "Processor time of ours, by its better way (even samples or noise threshold), to the error that Cycles leaves at "
     "each setting, over Cycles' time to it. Between measured settings time and error are interpolated in their "
-    "logarithms; ~ marks what lies beyond them; inf: not reached within four times the longest render."
+    "logarithms; ~ marks what lies beyond them; inf: not reached within four times the longest render. Errors are "
+    "taken after a Gaussian of sigma pixels, 0 for single pixels: 1 and 2 stand for an eye at some distance."
 )
 
 SAME_SETTINGS_TEXT = (
@@ -137,13 +166,20 @@ SAME_TIME_TEXT = (
 )
 
 _WAYS = (
-    ("Cycles by its better way for each file, median / worst", BETTER),
-    ("Cycles by even samples only, median / worst", EVEN),
-    ("Cycles by noise thresholds only, median / worst", THRESHOLD),
+    ("Time to equal error, Cycles by its better way for each file, median / worst", BETTER),
+    ("Time to equal error, Cycles by even samples only, median / worst", EVEN),
+    ("Time to equal error, Cycles by noise thresholds only, median / worst", THRESHOLD),
 )
 
-#: Measures whose figures are shown for each file.
-_SHOWN = ((RAW, 1), (RAW, 0), (DENOISED, 0))
+_KINDS = {
+    "time_to_error": "Time to equal error",
+    "same_settings": "Error at the same settings",
+    "equal_time": "Error in the same time",
+}
+
+#: Measures that are told first, and all whose figures are shown for each file.
+MAIN = ((DENOISED, 0), (RAW, 1))
+_SHOWN = (*MAIN, (RAW, 0))
 
 #: Settings at which times to equal error are judged.
 _SAMPLES, _THRESHOLDS = ("even 16", "even 64"), ("threshold 0.1", "threshold 0.03")
@@ -162,14 +198,15 @@ _GOALS: Sequence[tuple[str, str, Sequence[tuple[str, int]], Sequence[str]]] = (
 
 
 def headline(files: Files) -> str:
-    """Return what artists want to know first."""
+    """Return what artists want to know first, a sentence a line."""
     lines = []
-    for mode, index, setting in ((RAW, 1, "even 16"), (RAW, 1, "even 64"), (DENOISED, 0, "threshold 0.1")):
+    for mode, index, setting in ((DENOISED, 0, "threshold 0.1"), (RAW, 1, "even 64"), (RAW, 1, "even 16")):
         if found := files.ratios("time_to_error", mode, index, setting):
             worst = max(found, key=lambda each: each.value)
+            at = in_words(setting).replace("threshold", "a noise threshold of")
             lines.append(
-                f"As good as Cycles at {setting}, {mode}: {_median(found):.2f} of its processor time in the median of "
-                f"{len(found)} files; worst {worst} in {worst.file}."
+                f"Spectral Tiles takes {_median(found):.2f} of Cycles' processor time to a picture as good as Cycles' "
+                f"at {at}, {mode} (median of {len(found)} files; worst {worst} in {worst.file})."
             )
     return "\n".join(lines)
 
@@ -183,21 +220,22 @@ def _goals_table(files: Files) -> Table:
             for setting in settings or files.settings()
             for one in files.ratios(kind, *measure, setting)
         ]
-        rows.append(_goal(caption, pooled))
+        rows += _goal(caption, pooled)
     for cost, caption in (("processor", "processor time"), ("wall", "wall time")):
         for settings, where in ((files.settings()[:1], "at the first setting"), (files.settings(), "at all settings")):
             pooled = [
                 one for mode in (RAW, DENOISED) for setting in settings for one in files.costs(cost, mode, setting)
             ]
-            rows.append(_goal(f"{caption} {where}", pooled))
+            rows += _goal(f"{caption} {where}", pooled)
     return Table("Figures to reach, ours over Cycles'", ["", "median", "worst", "where"], rows)
 
 
-def _goal(caption: str, pooled: list[Ratio]) -> list[str]:
+def _goal(caption: str, pooled: list[Ratio]) -> list[list[str]]:
+    """Return a row, none if nothing was measured."""
     if not pooled:
-        return [caption, "-", "-", "-"]
+        return []
     worst = max(pooled, key=lambda each: each.value)
-    return [caption, f"{_median(pooled):.2f}", str(worst), f"{worst.file}, {worst.setting}"]
+    return [[caption, f"{_median(pooled):.2f}", str(worst), f"{worst.file}, {in_words(worst.setting)}"]]
 
 
 def _worse(files: Files) -> list[Part]:
@@ -215,7 +253,7 @@ def _worse(files: Files) -> list[Part]:
     for name in names:
         of_file = [(one, what) for one, what in found if one.file == name]
         one, what = max(of_file, key=lambda each: each[0].value)
-        rows.append((one.value, [name, str(one), f"{what}, {one.setting}", str(len(of_file))]))
+        rows.append((one.value, [name, str(one), f"{what}, {in_words(one.setting)}", str(len(of_file))]))
     rows = [row for _, row in sorted(rows, key=lambda each: -each[0])]
     if not rows:
         return [Heading("Where ours is worse", "Nowhere.")]
@@ -229,12 +267,12 @@ def _overview(files: Files, kind: str, caption: str, way: str = BETTER) -> Table
     for mode, index in MEASURES:
         cells = [_median_and_worst(files.ratios(kind, mode, index, setting, way)) for setting in settings]
         rows.append([f"{mode}, sigma {SIGMAS[index]}", *cells])
-    return Table(caption, ["", *settings], rows)
+    return Table(caption, _header(settings), rows)
 
 
 def _by_file(files: Files, kind: str, mode: str, index: int) -> Table:
     columns = {setting: files.ratios(kind, mode, index, setting) for setting in files.settings()}
-    return _table_by_file(f"Each file, {mode}, sigma {SIGMAS[index]}, worst first", columns)
+    return _table_by_file(f"{_KINDS[kind]}: each file, {mode}, sigma {SIGMAS[index]}, worst first", columns)
 
 
 def _table_by_file(caption: str, columns: dict[str, list[Ratio]]) -> Table:
@@ -244,7 +282,7 @@ def _table_by_file(caption: str, columns: dict[str, list[Ratio]]) -> Table:
         cells = [next((one for one in column if one.file == name), None) for column in columns.values()]
         worst = max(one.value for one in cells if one is not None)
         rows.append((worst, [name, *("-" if one is None else str(one) for one in cells)]))
-    return Table(caption, ["", *columns], [row for _, row in sorted(rows, key=lambda each: -each[0])])
+    return Table(caption, _header(columns), [row for _, row in sorted(rows, key=lambda each: -each[0])])
 
 
 def _costs_overview(files: Files) -> Table:
@@ -254,12 +292,12 @@ def _costs_overview(files: Files) -> Table:
         for mode in (RAW, DENOISED):
             cells = [_median_and_worst(files.costs(cost, mode, setting), digits) for setting in files.settings()]
             rows.append([f"{caption}, {mode}", *cells])
-    return Table("All files, median / worst", ["", *files.settings()], rows)
+    return Table("All files, median / worst", _header(files.settings()), rows)
 
 
 def _costs_by_file(files: Files, mode: str) -> Table:
     columns = {setting: files.costs("processor", mode, setting) for setting in files.settings()}
-    return _table_by_file(f"Each file, processor time, {mode}, worst first", columns)
+    return _table_by_file(f"Processor time: each file, {mode}, worst first", columns)
 
 
 def _native_table(files: Files) -> Table:
@@ -275,7 +313,7 @@ def _native_table(files: Files) -> Table:
                 cells.append(f"{one['processor']:.2f} s {one['errors'][0]:.1e}" if one else "-")
             rows.append([f"{name}, {mode}", *cells, f"{figures['reference_noise'][0]:.1e}"])
     caption = "Cycles alone: processor seconds and mean square error at sigma 0; what noise was taken off the reference"
-    return Table(caption, ["", *settings, "reference"], rows)
+    return Table(caption, [*_header(settings), "reference"], rows)
 
 
 def _median(found: Sequence[Ratio]) -> float:
@@ -286,6 +324,18 @@ def _median_and_worst(found: Sequence[Ratio], digits: int = 2) -> str:
     if not found:
         return "-"
     return f"{_median(found):.{digits}f} / {max(one.value for one in found):.{digits}f}"
+
+
+def in_words(setting: str) -> str:
+    """Return a setting as readers know it."""
+    rule, value = setting.split()
+    if rule == THRESHOLD:
+        return f"threshold {value}"
+    return f"{value} sample{'' if value == '1' else 's'}"
+
+
+def _header(settings: Iterable[str]) -> list[str]:
+    return ["", *map(in_words, settings)]
 
 
 def _order(setting: str) -> tuple[bool, float]:

@@ -9,11 +9,14 @@ from dataclasses import asdict
 from pathlib import Path
 
 import bpy
+import matplotlib.pyplot as plt
 import numpy as np
 from scipy.ndimage import gaussian_filter
 
 import addon
 from addon.cycles import exposure
+from bench import side_by_side
+from bench.doc_parts import write_picture
 from bench.document import Table
 from bench.jobs import Settings
 from bench.metrics import LUMINANCE, SIGMAS, Reference, mean_square_error, ratio
@@ -86,6 +89,44 @@ def report(
             ),
         )
     )
+
+
+def write_pictures(scenes: Sequence[SceneFile], size: tuple[int, int], samples: int, moments: int) -> str:
+    """Write the user guide's pictures, Cycles' own motion blur beside Sub-Frames, and return their names.
+
+    Parameters
+    ----------
+    scenes : sequence of SceneFile
+    size : tuple of int
+        Width and height of each of the two in pixels.
+    samples, moments : int
+        Samples a pixel of both, and moments of Sub-Frames.
+    """
+    addon.register()
+    names = []
+    for scene_file in scenes:
+        scene = _opened(scene_file, size)
+        ours = scene.spectral_tiles
+        ours.method, ours.sub_frames, scene.cycles.samples = "SUB_FRAMES", moments, samples
+        scene.cycles.use_denoising = True
+        shown = []
+        for ours.enabled, title in ((False, "Cycles' motion blur"), (True, f"Sub-Frames, {moments}")):
+            bpy.ops.render.render()
+            shown.append((title, f"{samples} samples, denoised", _as_shown(scene)))
+        difference = np.abs(shown[1][2] - shown[0][2]).mean(axis=2)[::-1]
+        names.append(f"sub_frames_{scene_file.name}")
+        with tempfile.TemporaryDirectory() as folder:
+            write_picture(names[-1], side_by_side.write(Path(folder) / "sheet.png", shown, difference))
+    return "\n".join(f"docs/{name}.jpg" for name in names)
+
+
+def _as_shown(scene) -> np.ndarray:
+    """RGB of the last render through the scene's view, rows from the top."""
+    scene.render.image_settings.file_format, scene.render.image_settings.color_depth = "PNG", "8"
+    with tempfile.TemporaryDirectory() as folder:
+        path = str(Path(folder) / "picture.png")
+        bpy.data.images["Render Result"].save_render(path, scene=scene)
+        return plt.imread(path)[..., :3]
 
 
 def _opened(scene_file: SceneFile, size: tuple[int, int]) -> bpy.types.Scene:

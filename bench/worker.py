@@ -64,7 +64,7 @@ def _do(task: dict, scene: bpy.types.Scene, folder: Path, result: dict) -> None:
 
 
 def prepare(scene: bpy.types.Scene, settings: dict) -> None:
-    """Make engines comparable: the same filter, and adaptive sampling and denoising only where asked for.
+    """Make engines comparable: the same filter, no adaptive sampling, and denoising only where asked for.
 
     Persistent data stays off: with it native Cycles silently ignores a changed seed.
     """
@@ -82,7 +82,7 @@ def prepare(scene: bpy.types.Scene, settings: dict) -> None:
     cycles = scene.cycles
     cycles.pixel_filter_type = "GAUSSIAN" if settings["gaussian"] else "BOX"
     cycles.filter_width = 4.0 * settings["gaussian"]  # Cycles' own measure
-    cycles.use_adaptive_sampling = settings["adaptive"]
+    cycles.use_adaptive_sampling = False
     cycles.use_denoising = settings["denoise"]
     cycles.use_sample_subset = settings["first_sample"] > 0
     cycles.sample_offset = settings["first_sample"]

@@ -9,12 +9,14 @@ import matplotlib.pyplot as plt
 import numpy as np
 import pytest
 
-from bench import real, real_renders
+from bench import demo, doc_parts, real, real_renders
+from bench.document import Heading
 from bench.equal_error import Curve
+from bench.equal_time import samples_in, threshold_in, value_in_time
 from bench.jobs import engine_state
 from bench.real_figures import Measured, error_maps, file_figures, noise_of, ratio, seen, spread
 from bench.real_measuring import Effort, measure
-from bench.real_page import samples_in, spot, threshold_in
+from bench.real_page import spot
 from bench.real_renders import (
     DENOISED,
     EVEN,
@@ -28,7 +30,7 @@ from bench.real_renders import (
     blend_files,
     cached,
 )
-from bench.real_tables import parts
+from bench.real_tables import told
 from bench.table import table
 
 NOISE = (1e-3, 1e-4, 1e-5)
@@ -125,27 +127,42 @@ def test_tables_name_the_worst_first(measured):
         for key, each in measured.items()
     }
     figures["slow"] = file_figures(slow, 100, NOISE)
-    text = "\n\n".join(map(str, parts(figures)))
-    assert (
-        "As good as Cycles at even 16, raw: 1.75 of its processor time in the median of 2 files; worst 3.00 in slow."
-        in text
+    found = told(figures, "")
+    assert found.summary.splitlines()[-1] == (
+        "Spectral Tiles takes 1.75 of Cycles' processor time to a picture as good as Cycles' at 16 samples, "
+        "raw (median of 2 files; worst 3.00 in slow)."
     )
+    text = "\n\n".join(map(str, found.time + found.tables))
     assert "Files with figures above 1, 1 of 2" in text
-    first = text.index("Each file, raw, sigma 1, worst first")
+    first = text.index("Time to equal error: each file, raw, sigma 1, worst first")
     assert text.index("slow ", first) < text.index("good ", first)
     json.dumps(figures)
 
 
 def test_tables_of_cycles_alone(measured):
     native = {key: each for key, each in measured.items() if key[0] == NATIVE}
-    (only,) = parts({"file": file_figures(native, 100, NOISE)})
+    (only,) = told({"file": file_figures(native, 100, NOISE)}, "").tables
     assert only.rows[0][:2] == ["file, raw", "1.00 s 1.0e-01"]
     table(only.header, only.rows)
 
 
-def test_page_finds_settings_of_equal_time_and_where_errors_differ(measured):
-    assert samples_in(measured, RAW, 23.0) == 23
-    assert threshold_in(measured, RAW, np.sqrt(16.0 * 64.0)) == pytest.approx(np.sqrt(0.1 * 0.03), rel=0.02)
+def test_settings_of_equal_time_are_found():
+    assert samples_in([(16, 16.0), (64, 64.0), (1, 5.0)], 23.0) == 23
+    assert samples_in([(4, 10.0)], 20.0) == 8
+    assert threshold_in([(0.1, 16.0), (0.03, 64.0)], 32.0) == pytest.approx(np.sqrt(0.1 * 0.03), rel=0.02)
+    assert threshold_in([(0.1, 16.0)], 16.0) == 0.1 > threshold_in([(0.1, 16.0)], 20.0)
+    asked = []
+
+    def seconds(value):
+        asked.append(value)
+        return 3.0 + 1.0 / value
+
+    found = value_in_time(THRESHOLD, [(0.1, 13.0)], 40.0, seconds, 4)
+    assert seconds(found) == pytest.approx(40.0, rel=0.05) and len(asked) <= 4
+    assert value_in_time(THRESHOLD, [(0.1, 13.0)], 13.2, None, 4) == 0.1
+
+
+def test_page_finds_where_errors_differ():
     difference = np.zeros((200, 400))
     difference[40, 300] = -1.0
     (x, y), gain = spot(difference)
@@ -195,12 +212,13 @@ class Worker:
         picture = self.brightness + noise * self.brightness + np.zeros(3)
         np.save(f"{order['picture']}.npy", picture.astype(np.float16))
         plt.imsave(f"{order['picture']}.png", np.clip(picture / 2.0, 0.0, 1.0))
-        result = {"wall": count, "processor": count, "peak": 100, "size": [64, 64]}
+        seconds = count * (self.slowness if render.engine == OURS else 1.0)
+        result = {"wall": count, "processor": seconds, "peak": 100, "size": [64, 64]}
         with open(order["result"], "w") as file:
             json.dump(result, file)
         return SimpleNamespace(returncode=0, stdout="")
 
-    brightness = 1.0
+    brightness = slowness = 1.0
 
     def code(self, blend, render):
         return 0
@@ -229,14 +247,37 @@ def test_measuring_goes_on_where_it_was_stopped(cache, folder, monkeypatch):
     assert error == pytest.approx(0.1 / 4, rel=0.15)
 
 
-def test_page_shows_pictures_of_equal_time(cache, folder, monkeypatch):
+def test_page_shows_pictures_of_equal_time_and_experiments(cache, folder, monkeypatch):
     worker = _use(Worker(), monkeypatch)
-    text = real.report(folder, ["one"], SMALL, None, folder / "page")
-    page = (folder / "page" / "real.html").read_text()
-    assert f"Page: {folder / 'page' / 'real.html'}" in text
-    assert page.count("<img") == 2 * 4
-    assert "Cycles, even samples 4: 4.0 s" in page and "Cycles, noise threshold 0.1: 60.0 s" in page
-    assert len(worker.orders) == 12 + 2  # Cycles takes the same time for the same samples: nothing else to render
+    text = real.report(folder, ["one"], SMALL, None, folder / "page", lambda folder: [Heading("The paper")])
+    page = (folder / "page" / "report.html").read_text()
+    assert f"Page: {folder / 'page' / 'report.html'}" in text
+    assert page.count("<img") == 2 + 4 + 3  # by no threshold Cycles is as quick as by 4 samples
+    assert "Cycles, 4 samples: 4.0\xa0s" in page and "Spectral Tiles, threshold 0.1: 60.0\xa0s" in page
+    order = ["of Cycles&#x27; processor time", *(f'<h2 id="{one}' for one in ("time", "pictures", "the-paper", "all-"))]
+    assert [*map(page.index, order)] == sorted(map(page.index, order))
+    assert {(found["render"]["rule"], found["render"]["value"]) for found in worker.orders[12 + 2 :]} == {
+        (EVEN, 60), (THRESHOLD, 1.0),  # Cycles takes the same time for the same samples
+    }  # fmt: skip
+
+
+def test_demo_shows_cycles_in_the_same_time(cache, folder, tmp_path, monkeypatch):
+    monkeypatch.setattr(demo, "ROOT", tmp_path)
+    monkeypatch.setattr(doc_parts, "ROOT", tmp_path)
+    (tmp_path / "docs").mkdir()
+    (tmp_path / "README.md").write_text("<!-- python -m bench demo --docs -->\n<!-- end of demo -->\n")
+    worker = _use(Worker(), monkeypatch)
+    worker.slowness = 2.5
+    (file,) = blend_files(folder, ["one"])
+    text = demo.make(file, 64, 0.1, 64, tmp_path / "out", docs=True)
+    times = {line.split(",")[0]: float(line.split()[-5]) for line in text.splitlines() if ", threshold" in line}
+    assert times["Spectral Tiles"] == 150.0
+    assert times["Cycles in the same time"] == pytest.approx(150.0, rel=0.05)
+    assert "threshold of 0.04" in (tmp_path / "README.md").read_text()
+    assert len(worker.orders) <= 6 and (tmp_path / "docs" / "demo.jpg").is_file()
+    worker.slowness = 1000.0
+    with pytest.raises(ValueError, match="No threshold was found"):
+        demo.make(file, 65, 0.1, 64, tmp_path / "out", docs=True)
 
 
 def test_files_that_cycles_cannot_render_are_told(cache, folder, monkeypatch):
@@ -249,7 +290,7 @@ def test_files_that_cycles_cannot_render_are_told(cache, folder, monkeypatch):
     worker.brightness = 0.0
     worker.code = lambda blend, render: 0
     with pytest.raises(ValueError, match="Left out: one: its picture is black"):
-        real.report(folder, ["one"], replace(SMALL, native_only=True), None, None)
+        real.report(folder, ["one"], replace(SMALL, native_only=True))
 
 
 def test_ours_that_fails_is_a_fault_and_none_that_cannot_be_switched_on_is_measured(cache, folder, monkeypatch):
@@ -319,7 +360,7 @@ def test_renders_of_real_files(cache, tmp_path, monkeypatch):
     subprocess.run([sys.executable, "-c", FACTORY, *paths], check=True, capture_output=True)
     effort = Effort(width=48, samples=(1,), thresholds=(), reference_samples=64, options=(("samples", "16"),))
     monkeypatch.setattr(Effort, "renders", lambda effort, every=Effort.renders: every(effort)[:3])  # saves a process
-    assert "Left out: blind: it has no camera" in real.report(files, (), effort, None, None)
+    assert "Left out: blind: it has no camera" in real.report(files, (), effort)
     cube = blend_files(files, ["cube"])[0]
     one, sixteen = (cached(cube, 48, render).pixels() for render in effort.renders()[:2])
     truth = [cached(cube, 48, half).pixels() for half in effort.references(64)]
