@@ -119,14 +119,13 @@ def drawn():
 
 
 def shoot_still(name, looks=2):
-    """Take a picture of the screen once it looks the same several times, drawn anew, and no preview is being made."""
+    """Take a picture of the screen once it looks the same several times, drawn anew."""
     seen = []
 
     def is_still():
         redraw()
         seen.append(look())
-        alike = len(seen) > looks and all(np.array_equal(seen[-1], before) for before in seen[-looks:])
-        return alike and not bpy.app.is_job_running("RENDER_PREVIEW")
+        return len(seen) > looks and all(np.array_equal(seen[-1], before) for before in seen[-looks:])
 
     yield from until(is_still)
     shoot(name, seen[-1])

@@ -126,6 +126,42 @@ def compare():
     note(areas_after_comparison=[found.type for found in screen.areas], full_screen=screen.show_fullscreen)
 
 
+def sub_frames():
+    """F12 by Sub-Frames with a lamp that blinks: to the end; then with many samples, saved and cancelled on the way."""
+    lamp = bpy.data.objects["Light"].data
+    for frame, energy in ((0.7, 0), (1, 4000), (1.3, 0)):
+        lamp.energy = energy
+        lamp.keyframe_insert("energy", frame=frame)
+    bpy.context.scene.frame_set(1)
+    settings().method, settings().sub_frames = "SUB_FRAMES", 16
+    before, moments = artist.everything_set(), artist.TOLD["frame_change_post"]
+    begun = len(moments)
+    yield from artist.rendered()
+    note(changed_by_sub_frames=changes(before), moments=len(moments) - begun)
+    yield from shoot_still("sub_frames")
+    artist.save_result("sub_frames")
+    yield from back()
+    take(1024, 500)
+    bpy.ops.wm.save_as_mainfile(filepath=os.path.join(FOLDER, "before_sub_frames.blend"), copy=True)
+    before = artist.everything_set()
+    has_begun, has_more = told("frame_change_post", times=3), told("frame_change_post", times=5)
+    press(artist.F12)
+    yield from until(has_begun)
+    note(changed_during_sub_frames=changes(before))
+    bpy.ops.wm.save_as_mainfile(filepath=os.path.join(FOLDER, "during_sub_frames.blend"), copy=True)
+    yield from until(has_more)  # which leaves the time of a moment for what follows
+    begun = len(moments)
+    yield from drawn()
+    shoot("sub_frames_shown")
+    yield from artist.escape("seconds_to_cancel_sub_frames")
+    note(moments_after_escape=len(moments) - begun, changed_by_cancelled_sub_frames=changes(before))
+    yield from shoot_still("sub_frames_left")
+    yield from back()
+    take(1)
+    settings().method = "AUTO"
+    lamp.animation_data_clear()
+
+
 def bake():
     """Bake the light on the cube, with the switch off and on."""
     cube, scene = bpy.data.objects["Cube"], bpy.context.scene

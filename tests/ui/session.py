@@ -28,6 +28,7 @@ from render_steps import (
     preview,
     region,
     still,
+    sub_frames,
     viewport,
 )  # fmt: skip
 
@@ -239,7 +240,7 @@ def off_and_on():
 
 STEPS = (
     install, build_scene, tabs, panel, undo, presets, generate, refused, still, cancel, many, region, animation,
-    compare, bake, viewport, off_and_on, preview, disable_while_rendering, demo, in_order,
+    compare, sub_frames, bake, viewport, off_and_on, preview, disable_while_rendering, demo, in_order,
 )  # fmt: skip
 
 
