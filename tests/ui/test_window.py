@@ -30,7 +30,7 @@ def root():
     named = os.environ.get("SPECTRAL_TILES_WINDOW_ROOT")
     if not named:
         pytest.skip("no Blender window: SPECTRAL_TILES_WINDOW_ROOT names no folder for it")
-    why_not = window.make_root(Path(named))
+    why_not = window.make_root(Path(named))  # ten minutes at most
     if why_not:
         pytest.skip(f"no Blender window: {why_not}")
     return Path(named)
