@@ -23,6 +23,10 @@ _TURN = 0.1
 _calls = queue.SimpleQueue()
 _is_served = False
 
+# What a render wants done between the window's events.
+_tellers = []
+_telling = threading.Lock()
+
 
 class _Call:
     def __init__(self, function):
@@ -68,8 +72,26 @@ def run(function, engine):
         raise call.error
 
 
+@contextlib.contextmanager
+def telling(tell):
+    """Inside a `with` block of a render's thread, call `tell()` again and again in the main thread.
+
+    It must not wait for anything, nor assign to properties.
+    """
+    with _telling:
+        _tellers.append(tell)
+    try:
+        yield
+    finally:
+        with _telling:
+            _tellers.remove(tell)
+
+
 def _serve():
     """Timer of the main thread: run what is waiting, and what follows soon; return in how long to look again."""
+    with _telling:
+        for tell in _tellers:
+            tell()
     if _calls.empty():
         return _PAUSE
     end = time.monotonic() + _TURN

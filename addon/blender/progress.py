@@ -12,30 +12,47 @@ class Progress:
     engine : bpy.types.RenderEngine
     count : int
         Calls that the picture takes.
+    then : str
+        What takes time after all of them, if anything does.
+
+    Attributes
+    ----------
+    done : int
+        Calls so far.
+    line : str
+        What to show beside the picture so far.
     """
 
-    def __init__(self, engine, count):
-        self.done = 0
-        self._engine, self._count = engine, count
-        self._told = self._loaded = time.monotonic()
+    def __init__(self, engine, count, then=""):
+        self.done, self.line = 0, ""
+        self._engine, self._count, self._then = engine, count, then
+        self._shown = self._loaded = time.monotonic()
 
     def step(self):
-        """Another one is done; return what to show beside the picture so far, if it is time to, or None."""
+        """Another one is done."""
         self.done += 1
         now = time.monotonic()
-        line = f"Sub-Frame {self.done}/{self._count}"
+        self.line = f"Sub-Frame {self.done}/{self._count}"
         if self.done == 1:
             self._loaded = now  # the first one also loads Cycles' kernels
         elif self.done < self._count:
             pace = (now - self._loaded) / (self.done - 1)
-            line += f", about {duration((self._count - self.done) * pace)} left"
-        # Cycles tells of its own call only, and that it is finished; so each time what is true of all.
+            self.line += f", about {duration((self._count - self.done) * pace)} left"
+            self.line += f", then {self._then}" if self._then else ""
+        self.tell()
+        self._engine.update_stats("", self.line)
+
+    def tell(self):
+        """Tell how much of all calls is done, in whose place Cycles tells of its own one only."""
         self._engine.update_progress(self.done / self._count)
-        self._engine.update_stats("", line)
-        if now < self._told + 1.0:
-            return None
-        self._told = now
-        return line
+
+    def is_due(self):
+        """Whether it is time to show the picture so far, which this is taken for."""
+        now = time.monotonic()
+        if now < self._shown + 1.0:
+            return False
+        self._shown = now
+        return True
 
 
 def duration(seconds):

@@ -3,7 +3,7 @@
 
 import numpy as np
 
-from ..blender import display
+from ..blender import display, main_thread
 from ..blender.evaluated import render_settings, values
 from ..blender.progress import Progress
 from ..blender.region import Rectangle
@@ -30,7 +30,8 @@ class Shots:
     def __init__(self, session, frame, plan):
         self.session, self.frame, self.plan = session, frame, plan
         self._standing = Standstill(session.depsgraph)
-        self._progress = Progress(session.engine, sum(map(len, plan.groups)))
+        count, then = sum(map(len, plan.groups)), "denoising" if frame.denoise else ""
+        self._progress = Progress(session.engine, count, then)
         self._opening = None
 
     def sampling(self, shot):
@@ -59,7 +60,10 @@ class Shots:
         cameras = cell_camera.cameras(engine, session.scene) if self._is_aimed else []
         picture, sums, taken = None, None, 0
         try:
-            with dicing.user_camera(session, {made: values(made.data) for made in cameras}):
+            with (
+                dicing.user_camera(session, {made: values(made.data) for made in cameras}),
+                main_thread.telling(self._progress.tell),
+            ):
                 for group in self.plan.groups:
                     found = self._group(group, picture)
                     if picture is not None and engine.test_break():
@@ -68,9 +72,16 @@ class Shots:
                     if self.frame.filter is not None:
                         sums = self._spread(sums, group, found)
                     picture = mean(picture, found, taken / group[0].count)
+                    if self._progress.is_due():
+                        self._show(picture)
         finally:
             session.leave()
         return picture if sums is None else picture.with_light(sums.pixels())
+
+    def _show(self, picture):
+        """Let the window show a picture, and how far all is."""
+        shown = display.Picture(self.frame.region, picture.combined, self._progress.line)
+        self.session.engine.shown = shown
 
     def _spread(self, sums, group, picture):
         """Add the light of a group, of a sample of each pixel, to the filter's sums."""
@@ -103,9 +114,9 @@ class Shots:
                 target = whole.setdefault(key, np.zeros((height * width, pixels.shape[1]), np.float32))
                 target = target.reshape(height, width, -1)[bottom::side, left::side]
                 target[...] = pixels.reshape(height, width, -1)[: target.shape[0], : target.shape[1]]
-            if line := self._progress.step():
-                shown = before or steps.pictured(self.session, whole)
-                engine.shown = display.Picture(region, shown.combined, line)
+            self._progress.step()
+            if shot is not group[-1] and self._progress.is_due():
+                self._show(before or steps.pictured(self.session, whole))
         return steps.pictured(self.session, whole)
 
     def _render(self, shot, first, with_data):

@@ -66,3 +66,12 @@ def test_main_thread_calls_at_once():
     callers = []
     main_thread.run(lambda: callers.append(threading.current_thread()), GOING_ON)
     assert callers == [threading.main_thread()]
+
+
+def test_main_thread_tells_while_it_is_wanted():
+    told = []
+    main_thread._serve()
+    with main_thread.telling(lambda: told.append(threading.current_thread())):
+        main_thread._serve()
+    main_thread._serve()
+    assert told == [threading.main_thread()]

@@ -1,12 +1,28 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The steps of `session.py` that render, bake or preview."""
 
+import functools
 import os
 
 import artist
 import bpy
 import numpy as np
-from artist import FOLDER, area, back, idle, looking_at, module, note, press, redraw, rendering, settings, shoot, until
+from artist import (
+    FOLDER,
+    area,
+    back,
+    drawn,
+    looking_at,
+    module,
+    note,
+    press,
+    rendering,
+    settings,
+    shoot,
+    shoot_still,
+    told,
+    until,
+)
 
 
 def still():
@@ -14,7 +30,7 @@ def still():
     before = artist.everything_set()
     yield from artist.rendered()
     note(changed_by_still=changes(before))
-    shoot("still")
+    yield from shoot_still("still")
     artist.save_result("still")
     yield from back()
 
@@ -25,23 +41,30 @@ def changes(before):
     return {name: [before.get(name), after.get(name)] for name in before | after if before.get(name) != after.get(name)}
 
 
+# Samples, and percent of the size, of a render that nobody waits for.
+LONG = {"samples": 4096, "percentage": 1000}
+
+
+def take(samples, percentage=100):
+    """Set how long a render is."""
+    bpy.context.scene.cycles.samples = samples
+    bpy.context.scene.render.resolution_percentage = percentage
+
+
 def cancel():
     """F12 for a long render, a copy saved in its middle, then Esc."""
-    bpy.context.scene.cycles.samples = 4096
+    take(**LONG)
     bpy.ops.wm.save_as_mainfile(filepath=os.path.join(FOLDER, "before.blend"), copy=True)
     before = artist.everything_set()
-    press(artist.F12)
-    yield from until(rendering, 10)
-    yield from idle(4)
+    yield from artist.half_rendered()
     shoot("cancel")
-    note(was_rendering=rendering(), changed_during_render=changes(before))
+    note(changed_during_render=changes(before))
     bpy.ops.wm.save_as_mainfile(filepath=os.path.join(FOLDER, "during.blend"), copy=True)
     note(was_still_rendering=rendering())
     yield from artist.escape("seconds_to_cancel")
-    yield from idle(0.5)
     note(changed_by_cancelled=changes(before))
     yield from back()
-    bpy.context.scene.cycles.samples = 1
+    take(1)
 
 
 def many():
@@ -60,7 +83,7 @@ def region():
     render.use_border = True
     render.border_min_x, render.border_max_x, render.border_min_y, render.border_max_y = 0.25, 0.75, 0.25, 0.75
     yield from artist.rendered()
-    shoot("region")
+    yield from shoot_still("region")
     artist.save_result("region")
     render.use_border = False
     yield from back()
@@ -71,10 +94,8 @@ def animation():
     scene.frame_start, scene.frame_end = 1, 3
     before = artist.everything_set()
     bpy.ops.render.render("INVOKE_DEFAULT", animation=True)
-    yield from until(rendering, 10)
     yield from until(lambda: not rendering())
-    yield from idle(0.5)
-    shoot("animation")
+    yield from shoot_still("animation")
     note(changed_by_animation=changes(before))
     yield from back()
 
@@ -84,26 +105,61 @@ def compare():
     settings().enabled = False
     before = artist.everything_set()
     slots = bpy.data.images["Render Result"].render_slots
+    are_complete = told("render_complete", times=2)
     bpy.ops.spectral_tiles.compare("INVOKE_DEFAULT")
-    yield from until(lambda: not rendering() and slots.active.name == "Spectral Tiles")
-    yield from idle(1)
+    # It forces the switch off, then on, and leaves it to the scene in the end.
+    yield from until(lambda: are_complete() and module("switch").forced is None)
+    yield from shoot_still("compared")
     note(changed_by_comparison=changes(before))
-    shoot("compared")
     names = [slot.name for slot in slots]
     for name in ("Cycles", "Spectral Tiles"):
         slots.active_index = names.index(name)
-        redraw()
-        yield from idle(0.5)
-        shoot(f"slot_{name}")
+        yield from shoot_still(f"slot_{name}")
         artist.save_result(name)
     slots.active_index = names.index("Cycles")
     press("j")
-    yield from idle(0.5)
-    note(slots=names, slot_after_j=slots.active.name, forced_afterwards=module("switch").forced)
+    yield from until(lambda: slots.active.name != "Cycles")
+    note(slots=names, slot_after_j=slots.active.name)
     settings().enabled = True
     yield from back()
     screen = bpy.context.window_manager.windows[0].screen
     note(areas_after_comparison=[found.type for found in screen.areas], full_screen=screen.show_fullscreen)
+
+
+def sub_frames():
+    """F12 by Sub-Frames with a lamp that blinks: to the end; then with many samples, saved and cancelled on the way."""
+    lamp = bpy.data.objects["Light"].data
+    for frame, energy in ((0.7, 0), (1, 4000), (1.3, 0)):
+        lamp.energy = energy
+        lamp.keyframe_insert("energy", frame=frame)
+    bpy.context.scene.frame_set(1)
+    settings().method, settings().sub_frames = "SUB_FRAMES", 16
+    before, moments = artist.everything_set(), artist.TOLD["frame_change_post"]
+    begun = len(moments)
+    yield from artist.rendered()
+    note(changed_by_sub_frames=changes(before), moments=len(moments) - begun)
+    yield from shoot_still("sub_frames")
+    artist.save_result("sub_frames")
+    yield from back()
+    take(1024, 500)
+    bpy.ops.wm.save_as_mainfile(filepath=os.path.join(FOLDER, "before_sub_frames.blend"), copy=True)
+    before = artist.everything_set()
+    has_begun, has_more = told("frame_change_post", times=3), told("frame_change_post", times=5)
+    press(artist.F12)
+    yield from until(has_begun)
+    note(changed_during_sub_frames=changes(before))
+    bpy.ops.wm.save_as_mainfile(filepath=os.path.join(FOLDER, "during_sub_frames.blend"), copy=True)
+    yield from until(has_more)  # which leaves the time of a moment for what follows
+    begun = len(moments)
+    yield from drawn()
+    shoot("sub_frames_shown")
+    yield from artist.escape("seconds_to_cancel_sub_frames")
+    note(moments_after_escape=len(moments) - begun, changed_by_cancelled_sub_frames=changes(before))
+    yield from shoot_still("sub_frames_left")
+    yield from back()
+    take(1)
+    settings().method = "AUTO"
+    lamp.animation_data_clear()
 
 
 def bake():
@@ -121,9 +177,7 @@ def bake():
         node.image = bpy.data.images.new(f"Bake {is_on}", 32, 32, float_buffer=True)
         with looking_at("VIEW_3D"):
             bpy.ops.object.bake("INVOKE_DEFAULT", type="COMBINED")
-        yield from until(lambda: bpy.app.is_job_running("OBJECT_BAKE"), 10)
         yield from until(lambda: not bpy.app.is_job_running("OBJECT_BAKE"))
-        yield from idle(0.5)
         baked.append(np.array(node.image.pixels[:]))
     note(baked_light=float(baked[0].mean()), bake_differs_by=float(np.abs(baked[0] - baked[1]).max()))
     tree.nodes.remove(node)
@@ -131,16 +185,26 @@ def bake():
 
 
 def viewport():
-    """The rendered view, with the switch off and on."""
-    scene, shading = bpy.context.scene, area("VIEW_3D").spaces[0].shading
+    """The rendered view, with the switch off and on; in large pixels, so that it soon stays as it is."""
+    scene, space = bpy.context.scene, area("VIEW_3D").spaces[0]
     scene.cycles.preview_samples, scene.cycles.use_preview_denoising = 4, False
+    scene.render.preview_pixel_size = "8"
+    space.overlay.show_overlays = False
     for is_on in (False, True):
         settings().enabled = is_on
-        shading.type = "RENDERED"
-        yield from idle(4)
-        shoot(f"viewport_{is_on}".lower())
-        shading.type = "SOLID"
-        yield from idle(0.5)
+        yield from drawn()
+        space.shading.type = "RENDERED"
+        yield from until(lambda: artist.look()[artist.MIDDLE_OF_VIEW].std() > 10)  # the cube is lit
+        yield from shoot_still(f"viewport_{is_on}".lower(), looks=5)
+        space.shading.type = "SOLID"
+        yield from drawn()
+    space.overlay.show_overlays = True
+
+
+def has_preview(thing):
+    """Whether the picture of a thing is there, and stays as it is."""
+    is_there = thing.preview is not None and any(thing.preview.image_pixels)
+    return is_there and not bpy.app.is_job_running("RENDER_PREVIEW")
 
 
 def preview():
@@ -153,60 +217,48 @@ def preview():
     sky = bpy.data.worlds.new("Sky")
     background = next(node for node in sky.node_tree.nodes if node.type == "BACKGROUND")
     background.inputs["Color"].default_value = (0.05, 0.05, 0.9, 1)
-    for thing in (paint, lamp, sky):
+    for original in (paint, lamp, sky):
         for is_on in (False, True):
             settings().enabled = is_on
+            thing = original.copy()  # which has no preview yet
             thing.asset_generate_preview()
-            yield from until(lambda: bpy.app.is_job_running("RENDER_PREVIEW"), 10)
-            yield from until(lambda: not bpy.app.is_job_running("RENDER_PREVIEW"))
-            yield from idle(0.5)
+            yield from until(functools.partial(has_preview, thing))
             picture = bpy.data.images.new("Preview", *thing.preview.image_size)
             picture.pixels.foreach_set(thing.preview.image_pixels_float)
-            picture.filepath_raw = os.path.join(FOLDER, f"preview_{thing.name}_{is_on}.png")
+            picture.filepath_raw = os.path.join(FOLDER, f"preview_{original.name}_{is_on}.png")
             picture.file_format = "PNG"
             picture.save()
 
 
 def disable_while_rendering():
     """Disable the extension in the middle of a render, which goes on or ends, as does Blender."""
-    bpy.context.scene.cycles.samples = 2048
-    press(artist.F12)
-    yield from until(rendering, 10)
-    yield from idle(2)
+    take(**LONG)
+    yield from artist.half_rendered()
     bpy.ops.preferences.addon_disable(module="bl_ext.user_default.spectral_tiles")
-    yield from idle(1)
+    yield from drawn()
     yield from artist.escape("seconds_to_cancel_disabled")
     yield from back()
-    bpy.context.scene.cycles.samples = 1
+    take(1)
     yield from artist.rendered()
     artist.save_result("disabled")
     yield from back()
     bpy.ops.preferences.addon_enable(module="bl_ext.user_default.spectral_tiles")
 
 
-def render_and_cancel(name, seconds):
-    """Pictures of a render after some seconds and of what is left when it is cancelled."""
-    press(artist.F12)
-    yield from until(rendering, 10)
-    yield from idle(seconds)
-    shoot(name)
-    note(**{f"{name}_was_rendering": rendering()})
-    yield from artist.escape(f"seconds_to_cancel_{name}")
-    yield from idle(1)
-    shoot(f"{name}_cancelled")
-    yield from back()
-
-
 def demo():
     """The demo scene, cancelled."""
     bpy.ops.wm.open_mainfile(filepath=os.path.join(FOLDER, "spinning_wheels.blend"), load_ui=False)
-    yield from idle(1)
+    yield from drawn()
     scene = bpy.context.scene
     scene.render.engine = "CYCLES"
     scene.spectral_tiles.enabled = True
-    scene.cycles.samples = 1024
+    scene.cycles.samples = 4096
     scene.cycles.use_denoising = False
-    yield from render_and_cancel("demo", 6)
+    yield from artist.half_rendered()
+    shoot("demo")
+    yield from artist.escape("seconds_to_cancel_demo")
+    yield from shoot_still("demo_cancelled")
+    yield from back()
 
 
 def in_order():
@@ -218,9 +270,13 @@ def in_order():
     gather, plan_image, camera = (module(name) for name in ("drivers.gather", "cycles.plan_image", "cycles.osl_camera"))
     before = gather.CHECKS, plan_image.write, camera.replace
     gather.CHECKS, plan_image.write, camera.replace = (), lambda *_: None, lambda *_: None
-    scene = bpy.context.scene
-    scene.render.resolution_percentage = 50
-    scene.cycles.samples, scene.cycles.use_adaptive_sampling = 256, False
+    take(1024, 25)
+    bpy.context.scene.cycles.use_adaptive_sampling = False
     settings().method = "GATHER"
-    yield from render_and_cancel("in_order", 8)
+    yield from artist.half_rendered()
+    yield from artist.until_clear(artist.SMALL)
+    shoot("in_order")
+    yield from artist.escape("seconds_to_cancel_in_order")
+    yield from shoot_still("in_order_cancelled")
+    yield from back()
     gather.CHECKS, plan_image.write, camera.replace = before

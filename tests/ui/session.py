@@ -15,7 +15,7 @@ import bpy
 sys.path.append(os.getcwd())
 
 import artist
-from artist import FOLDER, area, back, idle, looking_at, module, note, redraw, settings, shoot, until
+from artist import FOLDER, area, back, drawn, looking_at, module, note, settings, shoot, shoot_still, until
 from render_steps import (
     animation,
     bake,
@@ -28,23 +28,23 @@ from render_steps import (
     preview,
     region,
     still,
+    sub_frames,
     viewport,
 )  # fmt: skip
 
 
 def install():
     bpy.ops.screen.userpref_show("INVOKE_DEFAULT", section="EXTENSIONS")
-    yield from idle(1)
+    yield from drawn()
     archive = os.path.join(FOLDER, "spectral_tiles.zip")
     bpy.ops.extensions.package_install_files(
         "EXEC_DEFAULT", filepath=archive, repo="user_default", enable_on_install=True
     )
-    yield from idle(1)
-    shoot("preferences")
+    yield from shoot_still("preferences")
     note(enabled="bl_ext.user_default.spectral_tiles" in bpy.context.preferences.addons)
     with bpy.context.temp_override(window=bpy.context.window_manager.windows[-1]):
         bpy.ops.wm.window_close()
-    yield from idle(0.5)
+    yield from drawn()
 
 
 def build_scene():
@@ -71,11 +71,11 @@ def build_scene():
     panels.register()
     with looking_at("OUTLINER"):
         bpy.ops.screen.area_close()
-    yield from idle(0.5)
+    yield from drawn()
     bpy.ops.screen.area_move(x=area("PROPERTIES").x, y=400, delta=-100)
     yield from back()  # from the splash screen
     area("PROPERTIES").spaces[0].context = "RENDER"
-    yield from idle(0.5)
+    yield from drawn()
 
 
 # A tab of the properties, and the object that it tells of.
@@ -113,13 +113,13 @@ def tabs():
         shown[is_on] = {}
         for tab, name in TABS.items():
             bpy.context.view_layer.objects.active = bpy.data.objects[name]
-            yield from idle(0.2)
+            yield  # or the properties show another object's tabs
             area("PROPERTIES").spaces[0].context = SPACE_NAMES.get(tab, tab)
-            yield from idle(0.2)
+            yield
             shown[is_on][tab] = polls()
-            yield from artist.full_screen(f"tab_{tab}_{is_on}".lower())
+            yield from artist.shoot_alone(f"tab_{tab}_{is_on}".lower())
     area("PROPERTIES").spaces[0].context = "RENDER"
-    yield from idle(0.2)
+    yield from drawn()
     note(panels_off=shown[False], panels_on=shown[True], render_panels=polls())
     bpy.context.scene.render.engine = "BLENDER_EEVEE"
     note(render_panels_of_eevee=polls())
@@ -136,29 +136,29 @@ def panel():
         return {"method": how.method, "sentence": forecast.sentence(scene, layer), "refusals": how.refusals,
                 "differences": how.differences}  # fmt: skip
 
-    yield from artist.beside("panel_on")
+    yield from shoot_still("panel_on")
     note(told_on=told())
     settings().enabled = False
-    yield from artist.beside("panel_off")
+    yield from shoot_still("panel_off")
     settings().enabled = True
     settings().method = "GATHER"
-    yield from artist.beside("panel_refused")
+    yield from shoot_still("panel_refused")
     note(told_of_gather=told())
     # As it is where there is Open Shading Language, which Debian's Blender lacks.
     checks = module("drivers.gather").CHECKS
     module("drivers.gather").CHECKS = ()
     settings().pattern = "SPECTRAL_64"
-    yield from artist.full_screen("panel_pattern")
+    yield from artist.shoot_alone("panel_pattern")
     pattern = module("drivers.frame").pattern_tile(scene)
     note(told_of_pattern=told(), icons=module("interface.pattern_icons").icons(pattern))
     settings().filter = "MITCHELL_NETRAVALI"
-    yield from artist.full_screen("panel_filter")
+    yield from artist.shoot_alone("panel_filter")
     settings().filter, settings().pattern, settings().method = "AS_CYCLES", "AUTO", "SUB_FRAMES"
-    yield from artist.beside("panel_sub_frames")
+    yield from shoot_still("panel_sub_frames")
     settings().method = "AUTO"
     module("drivers.gather").CHECKS = checks
     scene.cycles.samples = 1024
-    yield from artist.beside("panel_many_samples")
+    yield from shoot_still("panel_many_samples")
     note(told_of_many_samples=told())
     scene.cycles.samples = 1
     scene.cycles.use_denoising = True
@@ -196,18 +196,17 @@ def generate():
     making = module("interface.pattern_making")
     path = os.path.join(FOLDER, "made.npz")
     bpy.ops.spectral_tiles.generate_pattern("EXEC_DEFAULT", filepath=path, method="scanning", size="64")
-    yield from until(lambda: making.job.fraction > 0.3, 60)
-    redraw()
-    yield from idle(0.2)
+    yield from until(lambda: making.job is None or making.job.fraction > 0.3)
+    yield from drawn()
     shoot("generating")
     yield from until(lambda: making.job is None)
     note(pattern=settings().pattern, path_is_right=settings().pattern_path == path, size=os.path.getsize(path))
     cancelled = os.path.join(FOLDER, "cancelled.npz")
     bpy.ops.spectral_tiles.generate_pattern("EXEC_DEFAULT", filepath=cancelled, size="128")
-    yield from until(lambda: making.job.fraction > 0.0, 60)
+    yield from until(lambda: making.job.fraction > 0.0)
     start = time.monotonic()
     bpy.ops.spectral_tiles.cancel_pattern()
-    yield from until(lambda: making.job is None, 30)
+    yield from until(lambda: making.job is None)
     note(seconds_to_cancel_pattern=round(time.monotonic() - start, 2), path_kept=settings().pattern_path == path)
     note(cancelled_file_is_there=os.path.exists(cancelled))
     settings().pattern = "AUTO"
@@ -217,11 +216,8 @@ def generate():
 def refused():
     """F12 and the comparison where they cannot be done: nothing is rendered, and Blender goes on."""
     settings().method = "GATHER"
-    artist.press(artist.F12)
-    yield from until(artist.rendering, 10)
-    yield from until(lambda: not artist.rendering())
-    yield from idle(0.5)
-    shoot("refused")
+    yield from artist.rendered()
+    yield from shoot_still("refused")
     try:
         bpy.ops.spectral_tiles.compare("INVOKE_DEFAULT")
     except RuntimeError as error:
@@ -238,19 +234,20 @@ def off_and_on():
         yield
         bpy.ops.preferences.addon_enable(module="bl_ext.user_default.spectral_tiles")
         yield
-    yield from idle(0.5)
+    yield from drawn()
     note(engine_afterwards=bpy.context.scene.render.engine, switch_afterwards=settings().enabled)
 
 
 STEPS = (
     install, build_scene, tabs, panel, undo, presets, generate, refused, still, cancel, many, region, animation,
-    compare, bake, viewport, off_and_on, preview, disable_while_rendering, demo, in_order,
+    compare, sub_frames, bake, viewport, off_and_on, preview, disable_while_rendering, demo, in_order,
 )  # fmt: skip
 
 
 def story():
     view = bpy.context.preferences.view
     view.show_splash, view.render_display_type = False, "SCREEN"
+    artist.listen()
     for step in STEPS:
         start = time.monotonic()
         yield from step()
