@@ -39,6 +39,9 @@ _FILTERS = (
     ("LANCZOS", "Lanczos", "Windowed sinc, the sharpest; rings at edges"),
 )
 
+# Blender 5.2 makes no library overrides of scenes; whatever it lets one override, these settings may be.
+_OVERRIDABLE = {"LIBRARY_OVERRIDABLE"}
+
 
 def _set_customary_width(settings, _context):
     settings.filter_width = reconstruction.CUSTOMARY_WIDTHS.get(settings.filter, settings.filter_width)
@@ -49,6 +52,7 @@ class SpectralTilesSettings(bpy.types.PropertyGroup):
         name="Spectral Tiles",
         description="Take samples where the picture needs them, and put the result together, in final renders",
         default=False,
+        override=_OVERRIDABLE,
     )
     method: EnumProperty(
         name="Method",
@@ -56,6 +60,7 @@ class SpectralTilesSettings(bpy.types.PropertyGroup):
         items=_METHODS,
         default="AUTO",
         options=set(),
+        override=_OVERRIDABLE,
     )
     distribution: EnumProperty(
         name="Distribution",
@@ -63,23 +68,27 @@ class SpectralTilesSettings(bpy.types.PropertyGroup):
         items=_DISTRIBUTIONS,
         default="BY_NOISE",
         options=set(),
+        override=_OVERRIDABLE,
     )
     noise_reduction: BoolProperty(
         name="Noise Reduction",
         description="Subtract the noise that the random numbers explain, without blur or bias, at few samples",
         default=True,
+        override=_OVERRIDABLE,
     )
     pattern: EnumProperty(
         name="Pattern",
         description="Pattern of sample parameters that is repeated over the image",
         items=patterns.ITEMS,
         options=set(),
+        override=_OVERRIDABLE,
     )
     pattern_path: StringProperty(
         name="Pattern File",
         description="Tile made by the generator (.npz), or an image with one channel a dimension (.exr)",
         subtype="FILE_PATH",
         options={"PATH_SUPPORTS_BLEND_RELATIVE"},
+        override=_OVERRIDABLE,
     )
     filter: EnumProperty(
         name="Filter",
@@ -88,6 +97,7 @@ class SpectralTilesSettings(bpy.types.PropertyGroup):
         default="AS_CYCLES",
         update=_set_customary_width,
         options=set(),
+        override=_OVERRIDABLE,
     )
     filter_width: FloatProperty(
         name="Width",
@@ -96,6 +106,7 @@ class SpectralTilesSettings(bpy.types.PropertyGroup):
         min=1.0,
         max=16.0,
         subtype="PIXEL",
+        override=_OVERRIDABLE,
     )
     filter_b: FloatProperty(
         name="B",
@@ -103,6 +114,7 @@ class SpectralTilesSettings(bpy.types.PropertyGroup):
         default=1 / 3,
         min=0,
         max=1,
+        override=_OVERRIDABLE,
     )
     filter_c: FloatProperty(
         name="C",
@@ -110,6 +122,7 @@ class SpectralTilesSettings(bpy.types.PropertyGroup):
         default=1 / 3,
         min=0,
         max=1,
+        override=_OVERRIDABLE,
     )
     sub_frames: IntProperty(
         name="Sub-Frames",
@@ -117,6 +130,7 @@ class SpectralTilesSettings(bpy.types.PropertyGroup):
         default=16,
         min=8,
         max=256,
+        override=_OVERRIDABLE,
     )
 
 
@@ -126,6 +140,7 @@ def register():
         type=SpectralTilesSettings,
         name="Spectral Tiles",
         description="Settings of the Spectral Tiles extension for Cycles",
+        override=_OVERRIDABLE,
     )
 
 

@@ -39,7 +39,7 @@ def render(session, frame):
     groups = plan.groups(range(sampled.first, sampled.first + sampled.count))
     shots = SubFramePlan(plan.side, plan.count, groups)
     picture = _Cells(session, frame, shots, plan).picture()
-    return picture, layers.facts(frame, session.layer_name, plan, tile)
+    return picture, layers.facts(frame, session.layer_name, plan, frame.tile)
 
 
 class _Cells(Shots):
