@@ -7,6 +7,8 @@ and each pixel's samples are those that it would have natively.
 
 import time
 
+import bpy
+
 from ..blender.display import Picture
 from ..blender.region import Rectangle, Region
 from ..cycles import passes, sampling
@@ -138,7 +140,9 @@ class Growing:
             self.costs.call, begun = min(self.costs.call, now - begun), now
 
     def show(self):
-        """Show the picture so far."""
+        """Show the picture so far, if there is a window."""
+        if bpy.app.background:
+            return
         self.session.engine.shown = Picture(self.session.region, self.sums.mean.reshape(-1, self.sums.mean.shape[-1]))
 
     def _tell(self, done):

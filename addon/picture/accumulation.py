@@ -79,19 +79,18 @@ class Accumulation:
         return self._light_sums / self.counts
 
     def picture(self):
-        """All samples together, as a `Picture`."""
-        passes = {}
+        """All samples together, as a `Picture`; the sums become its pixels, so nothing more can be added."""
+        # Those that are divided by a colour come first: both are sums over the same samples.
+        for key, sums in self._sums.items():
+            if by := self._divisor(key, self._sums):
+                colour = self._sums[by]
+                np.divide(sums, colour, out=sums, where=colour != 0.0)
+                sums[colour == 0.0] = 0.0
         for key, sums in self._sums.items():
             kind = self.kinds[key[0]]
             if kind is Kind.SAMPLE_COUNT:
-                passes[key] = self.counts / self.counts.max()
-            elif kind in {Kind.FIRST_SAMPLE, Kind.CRYPTOMATTE}:
-                passes[key] = sums
-            elif by := self._divisor(key, self._sums):
-                # Both are sums over the same samples.
-                colour = self._sums[by]
-                passes[key] = np.divide(sums, colour, out=np.zeros_like(sums), where=colour != 0.0)
-            else:
-                passes[key] = sums / self.counts
-        return Picture({key: pixels.reshape(-1, pixels.shape[2]) for key, pixels in passes.items()},
-                       self.kinds, self.size)  # fmt: skip
+                sums[...] = self.counts / self.counts.max()
+            elif kind not in {Kind.FIRST_SAMPLE, Kind.CRYPTOMATTE} and not self._divisor(key, self._sums):
+                sums /= self.counts
+        passes = {key: pixels.reshape(-1, pixels.shape[2]) for key, pixels in self._sums.items()}
+        return Picture(passes, self.kinds, self.size)
