@@ -45,7 +45,7 @@ def render(session, frame):
     # What is to be denoised comes under another name, and Combined stays empty until then.
     light = passes.NOISY["Combined"] if frame.denoise else "Combined"
     growing = grown(session, goal, lambda: time.perf_counter() - begun, light)
-    return growing.sums.picture(), layers.facts(frame, session.layer_name, plan, "")
+    return growing.sums.picture(), layers.facts(frame, session.layer_name, plan)
 
 
 def grown(session, goal, elapsed, light="Combined"):
@@ -99,7 +99,6 @@ class Growing:
         self.costs = Counted(self.size) if goal.seconds is None else Costs(self.size)
         self._samples = 0
         self.sums = None
-        self._round = 0
 
     @property
     def mean(self):
@@ -145,32 +144,39 @@ class Growing:
             return
         self.session.engine.shown = Picture(self.session.region, self.sums.mean.reshape(-1, self.sums.mean.shape[-1]))
 
-    def _tell(self, done):
-        """Tell how much of the round is done, and of the picture as far as that is known."""
-        whole = self.costs.sample * self._goal.samples if self._goal.is_mean else self._goal.seconds
-        self.session.engine.update_stats("", f"Sampling by noise: round {self._round}, {done:.0%} of it")
-        self.session.engine.update_progress(min(self.spent() / whole, 1.0) if whole else done)
+    def _tell(self, whole):
+        """Tell how much is done of what the whole picture costs, as far as that is known."""
+        part = min(self.spent() / max(whole, 1e-9), 1.0)
+        self.session.engine.update_stats("", f"Sampling by noise, {part:.0%}")
+        self.session.engine.update_progress(part)
 
     def shoot(self, shots):
         """Render shots; return whether more may follow."""
-        self._round += 1
-        done, total = 0, sum(shot.count * shot.rectangle[2] * shot.rectangle[3] for shot in shots)
-        begun = self._elapsed()
         asked = [Shot(Rectangle(*rectangle), *samples) for rectangle, *samples in shots]
-        for shot, found in zip(shots, self.session.call_rectangles(asked), strict=True):
+        whole = self._whole(asked)
+        begun = self._elapsed()
+        for shot, found in zip(asked, self.session.call_rectangles(asked), strict=True):
             if self.session.engine.test_break():
                 return False
-            part = Rectangle(*shot.rectangle).part
+            part = shot.rectangle.part
             self.sums.add(part, found, shot.first, shot.count)
             now = self._elapsed()
             self.costs.learn(part, shot.count, now - begun)
             begun = now
-            done += shot.count * shot.rectangle[2] * shot.rectangle[3]
             self._samples += shot.count * self.costs.pixels[part].sum()
-            self._tell(done / total)
+            self._tell(whole)
             if not self._may_go_on:
                 return False
         return True
+
+    def _whole(self, asked):
+        """What the picture will have cost, in the unit of `costs`, as far as that is known: at least these shots."""
+        if self._goal.seconds is not None:
+            return self._goal.seconds
+        known = self._goal.samples * self.costs.sample if self._goal.is_mean else 0.0
+        return max(
+            known, self._samples + sum(shot.count * self.costs.pixels[shot.rectangle.part].sum() for shot in asked)
+        )
 
     @property
     def _may_go_on(self):

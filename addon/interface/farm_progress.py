@@ -49,6 +49,8 @@ class Progress:
 
     def _read(self, stats, *_):
         """Read what the engine says of itself: Cycles of one call, a method that calls it many times of all."""
+        if match := re.search(r"Sampling by noise, (\d+)%", stats):
+            self._tell(int(match[1]) / 100.0)
         match = re.search(r"(Sample|Sub-Frame) (\d+)/(\d+)", stats)
         if match and (match[1] != "Sample" or int(match[3]) == self._samples):
             self._tell(int(match[2]) / int(match[3]))

@@ -84,19 +84,15 @@ class Squares:
     def __init__(self, size, side):
         self.size, self.side = size, side
         self._x, self._y = (np.arange(0, length, side) for length in size)
-        self._widths, self._heights = (
+        widths, heights = (
             np.diff(edges, append=length) for edges, length in zip((self._x, self._y), size, strict=True)
         )
-        self.areas = np.outer(self._heights, self._widths).astype(float)
+        self.areas = np.outer(heights, widths).astype(float)
 
     def sums(self, pixels):
         """Sums over squares of values of pixels, (height, width) -> (rows, columns)."""
         rows = np.add.reduceat(pixels, self._y, axis=0, dtype=float)
         return np.add.reduceat(rows, self._x, axis=1)
-
-    def spread(self, values):
-        """Values of squares, given to each of their pixels."""
-        return np.repeat(np.repeat(values, self._heights, axis=0), self._widths, axis=1)
 
     def rectangles(self, wanted):
         """Few rectangles that cover the wanted squares, and only these.
