@@ -41,8 +41,8 @@ def main(order: dict) -> None:
         addon.register()
     bpy.ops.wm.open_mainfile(filepath=order["blend"], load_ui=False, use_scripts=False)
     scene = bpy.context.scene
-    _equal_terms(scene, order["width"])
-    _sample(scene, render)
+    equal_terms(scene, order["width"])
+    sample(scene, render)
     if render["engine"] == "ours":
         _switch_on(scene, render["options"])
     result = _measured_render() | {"size": [scene.render.resolution_x, scene.render.resolution_y]}
@@ -53,7 +53,7 @@ def main(order: dict) -> None:
     os.replace(unfinished, order["result"])
 
 
-def _equal_terms(scene: bpy.types.Scene, width: int) -> None:
+def equal_terms(scene: bpy.types.Scene, width: int) -> None:
     """Let Cycles alone make the picture, of one view and one layer, on the processor, with the file's own filter."""
     if scene.camera is None:
         scene.camera = next((thing for thing in scene.objects if thing.type == "CAMERA"), None)
@@ -83,7 +83,7 @@ def _equal_terms(scene: bpy.types.Scene, width: int) -> None:
         layer.use = layer == first
 
 
-def _sample(scene: bpy.types.Scene, render: dict) -> None:
+def sample(scene: bpy.types.Scene, render: dict) -> None:
     """Set samples, seed and denoiser."""
     cycles = scene.cycles
     by_threshold = render["rule"] == "threshold"

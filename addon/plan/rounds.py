@@ -6,9 +6,9 @@ powers of two times these: as many as fit in the samples or the time that the pi
 that Cycles' noise threshold bounds below it.
 
 Samples up to `Goal.length` go on with the pixel's first ones.  A pixel of more starts anew, with the sequence that
-Cycles gives a frame of just so many: its error is a third to a half less, blurred by a pixel, than that of the first
-part of a longer one, and of two sequences together (`bench real`; Cycles spreads the errors of neighbouring pixels
-only over whole sequences).  What the first ones cost is little beside.
+Cycles gives a frame of just so many: Cycles spreads the errors of neighbouring pixels only over whole sequences, and
+the first part of a longer one errs up to twice as much when blurred by a pixel (`python -m bench limits`).  What the
+first samples cost is little beside.
 """
 
 from dataclasses import dataclass
