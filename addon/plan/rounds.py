@@ -320,12 +320,14 @@ def _until_below(goal, base, seen, elapsed):
     while goal.seconds is None or elapsed() < goal.seconds:
         wanted = np.maximum(_below(goal, steps, seen, squares, levels), levels)
         going_on = np.where(steps.samples(wanted) <= steps.length, wanted, levels)
-        # First those that go on, so that longer sequences come later.
-        wanted = going_on if (going_on > levels).any() else wanted
-        if (wanted == levels).all():
-            return
-        yield _shots(steps, squares, levels, wanted, with_halves=True)
-        levels = wanted
+        if (going_on > levels).any():
+            yield _shots(steps, squares, levels, going_on, with_halves=True)
+            levels = going_on
+            continue
+        # Those that start anew do so once: asked again, some would by chance do so for nothing.
+        if (wanted > levels).any():
+            yield _shots(steps, squares, levels, wanted)
+        return
 
 
 def _below(goal, steps, seen, squares, levels):
