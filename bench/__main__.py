@@ -150,12 +150,6 @@ def _real(options: argparse.Namespace) -> str:
     return real.report(options.folder, options.files, _real_effort(options), options.json, options.page)
 
 
-def _limits(options: argparse.Namespace) -> str:
-    from bench import limits  # imports the add-on's plan
-
-    return limits.report(options.folder, options.files, options.width, options.samples, options.reference_samples)
-
-
 def _report(options: argparse.Namespace) -> str:
     effort, experiments, names = _real_effort(options), EXPERIMENTS, options.files
     if options.quick:
@@ -376,14 +370,6 @@ def _parser() -> argparse.ArgumentParser:
     measured.add_argument("folder", type=Path, metavar="FOLDER", help="with .blend files, also in folders inside")
     measured.add_argument("--page", type=Path, metavar="DIR", help="write a page with crops at equal time")
     measured.set_defaults(run=_real)
-
-    known = commands.add_parser("limits", help="how near rates come to those by known variance, on real .blend files")
-    known.add_argument("folder", type=Path, metavar="FOLDER", help="with .blend files, also in folders inside")
-    known.add_argument("--files", nargs="+", default=(), metavar="NAME", help="of those in the folder, all if not told")
-    known.add_argument("--width", type=int, default=320, metavar="N", help="of the pictures in pixels")
-    known.add_argument("--samples", type=int, default=16, help="mean samples of a pixel, a power of two")
-    known.add_argument("--reference-samples", type=int, default=256, metavar="N", help="of each reference half")
-    known.set_defaults(run=_limits)
 
     page = commands.add_parser("report", parents=[files], help="the same as one page, with the paper's experiments")
     page.add_argument("folder", type=Path, nargs="?", default=DEMOS_FOLDER, metavar="FOLDER", help=f"{DEMOS_FOLDER}")

@@ -3,7 +3,6 @@
 
 from dataclasses import dataclass
 
-from ..cycles import denoiser
 from . import checks, gather, rounds, sub_frames
 from .frame import reduces_noise
 
@@ -58,7 +57,7 @@ def of_layer(scene, layer, sampling, use, scene_messages=lambda: ()):
         return Choice("IN_PLACE")
     if settings.distribution == "BY_NOISE" and rounds.suit(scene, layer, sampling):
         return Choice("ROUNDS")
-    if reduces_noise(settings, sampling, denoiser.wanted(scene, layer)) and use.dims:
+    if reduces_noise(settings, sampling) and use.dims:
         return Choice("IN_PLACE")
     return Choice("CYCLES")
 

@@ -14,9 +14,8 @@ from ..picture.control_variates import MOST_SAMPLES
 from ..picture.reconstruction import Filter
 from ..plan import patterns
 
-#: Samples a pixel up to which subtracting known noise is worth its time on real files, and where the denoiser follows,
-#: which then leaves little of the gain.
-FEW_SAMPLES, FEW_DENOISED = 4, 1
+#: Samples a pixel up to which subtracting known noise is worth its time on real files.
+FEW_SAMPLES = 1
 
 
 @dataclass(frozen=True)
@@ -73,7 +72,7 @@ class Frame:
             use=use,
             sampling=sampling,
             denoise=denoise,
-            noise_reduction=reduces_noise(settings, sampling, denoise),
+            noise_reduction=reduces_noise(settings, sampling),
             pattern=settings.pattern,
             tile=pattern_tile(scene, use.dims),
             filter=chosen_filter(settings),
@@ -82,21 +81,18 @@ class Frame:
         )
 
 
-def reduces_noise(settings, sampling, denoise):
+def reduces_noise(settings, sampling):
     """Whether noise that the random numbers explain is to be subtracted.
 
     Parameters
     ----------
     settings : SpectralTilesSettings
     sampling : Sampling
-    denoise : bool
-        Whether the denoiser follows.
     """
     # Whoever chose a pattern wants to see what it does.
     is_wanted = settings.noise_reduction and settings.pattern == "AUTO" and sampling.is_even and sampling.is_whole
     at_a_time = 1 if settings.filter != "AS_CYCLES" else sampling.samples
-    few = FEW_DENOISED if denoise else FEW_SAMPLES
-    return is_wanted and at_a_time <= (few if settings.method == "AUTO" else MOST_SAMPLES)
+    return is_wanted and at_a_time <= (FEW_SAMPLES if settings.method == "AUTO" else MOST_SAMPLES)
 
 
 def moments(scene, layer):
