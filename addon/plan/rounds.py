@@ -7,8 +7,8 @@ that Cycles' noise threshold bounds below it.
 
 Samples up to `Goal.length` go on with the pixel's first ones.  A pixel of more starts anew, with the sequence that
 Cycles gives a frame of just so many: Cycles spreads the errors of neighbouring pixels only over whole sequences, and
-the first part of a longer one errs up to twice as much when blurred by a pixel (`python -m bench limits`).  What the
-first samples cost is little beside.
+the first part of a longer one errs up to half as much again when blurred by a pixel (`python -m bench limits`).  What
+the first samples cost is little beside.
 """
 
 from dataclasses import dataclass
