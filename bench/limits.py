@@ -27,9 +27,6 @@ from bench.table import Progress, table
 #: Side of the squares whose variance is known.
 _SIDE = 8
 
-#: A pixel takes at most so many times the mean, as `addon.plan.rounds` has it.
-_MOST_TIMES = 16
-
 
 def report(folder: Path, names: Sequence[str], width: int, samples: int, reference_samples: int) -> str:
     """Return a table of errors and times over those of the same samples everywhere.
@@ -130,7 +127,8 @@ class _Replay:
         self._record = record
         self.size = record.cost.shape[::-1]
         self.costs = Counted(self.size)
-        base = samples // 4
+        base = rounds.Goal(samples).base(0.0)
+        self.base = base
         self.half = record.sums[samples, base // 2] / (base // 2)
         self.mean = record.sums[samples, base] / base
         self.counted, self.time = base * record.cost.size, base * record.cost.sum()
@@ -146,24 +144,23 @@ class _Replay:
 def _ours(record: _Record, samples: int) -> tuple[np.ndarray, float]:
     """Return the picture that our rates leave, and its time over that of the same samples everywhere."""
     replay = _Replay(record, samples)
-    for shots in rounds.rounds(rounds.Goal(samples), samples // 4, replay, replay.costs, lambda: replay.counted):
+    for shots in rounds.rounds(rounds.Goal(samples), replay.base, replay, replay.costs, lambda: replay.counted):
         replay.shoot(shots)
     return replay.mean, replay.time / (samples * record.cost.sum())
 
 
 def _limit(record: _Record, samples: int, variance: np.ndarray) -> tuple[np.ndarray, float]:
     """Return the same for rates by a variance that other samples tell, and by true costs, in the same time."""
-    steps = rates.Rates(samples // 4, samples, _MOST_TIMES * samples)
+    replay = _Replay(record, samples)
+    steps = rates.Rates(replay.base, samples, rounds.Goal(samples).most)
     squares = rates.Squares(record.cost.shape[::-1], _SIDE)
     prices = squares.sums(record.cost)
     wish = 0.5 * np.log2((squares.sums(variance) + 1e-12) / np.maximum(prices, 1e-12))
     levels = np.zeros(squares.areas.shape, int)
     seconds = (samples - steps.base) * record.cost.sum()
     wanted = rates.levels_in_time(wish, prices, levels, steps, steps.top, seconds)
-    replay = _Replay(record, samples)
     for level in range(1, wanted.max() + 1):
-        count = int(steps.samples(level))
-        first = steps.base if count <= samples else 0
+        first, count = (int(find(0, level)) for find in (steps.kept, steps.further))
         rectangles = squares.rectangles(wanted == level)
-        replay.shoot([rounds.Shot(each, max(count, samples), first, count - first) for each in rectangles])
+        replay.shoot([rounds.Shot(each, max(first + count, samples), first, count) for each in rectangles])
     return replay.mean, replay.time / (samples * record.cost.sum())

@@ -8,6 +8,7 @@ import matplotlib
 import matplotlib.pyplot as plt
 import numpy as np
 
+from bench.crops import crop
 from bench.real_page import spot
 
 #: Crops below each picture: how many, how much enlarged, and what lies between them, in pixels.
@@ -66,13 +67,10 @@ def _column(picture: np.ndarray, middles: list[tuple[float, float]]) -> np.ndarr
     """Return a picture over its enlarged crops, which share its width."""
     height, width = picture.shape[:2]
     edge = (width - (len(middles) - 1) * _MARGIN) // len(middles) // _ZOOM
-    rows = min(edge, height)
-    below = np.full((rows * _ZOOM, width, 3), _BACKGROUND, np.float32)
-    for i, (x, y) in enumerate(middles):
-        top = int(np.clip(y * height - rows / 2, 0, height - rows))
-        start = int(np.clip(x * width - edge / 2, 0, width - edge))
-        crop = picture[top : top + rows, start : start + edge].repeat(_ZOOM, 0).repeat(_ZOOM, 1)
+    edge = min(edge, height)
+    below = np.full((edge * _ZOOM, width, 3), _BACKGROUND, np.float32)
+    for i, middle in enumerate(middles):
         left = i * (edge * _ZOOM + _MARGIN)
-        below[:, left : left + crop.shape[1]] = crop
+        below[:, left : left + edge * _ZOOM] = crop(picture, middle, edge).repeat(_ZOOM, 0).repeat(_ZOOM, 1)
     gap = np.full((_MARGIN, width, 3), _BACKGROUND, np.float32)
     return np.concatenate((picture, gap, below))

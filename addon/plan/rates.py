@@ -82,7 +82,7 @@ class Squares:
     """
 
     def __init__(self, size, side):
-        self.size, self.side = size, side
+        self.size = size
         self._x, self._y = (np.arange(0, length, side) for length in size)
         widths, heights = (
             np.diff(edges, append=length) for edges, length in zip((self._x, self._y), size, strict=True)

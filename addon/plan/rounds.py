@@ -223,18 +223,20 @@ def rounds(goal, base, seen, costs, elapsed):
 
 
 def _in_time(goal, base, seen, costs, elapsed):
+    chosen = None
     if base >= FEWEST:
-        costs.see(rates.variance_of_mean(seen.mean, seen.half))
+        noise = rates.variance_of_mean(seen.mean, seen.half)
+        costs.see(noise)
     end = goal.seconds if goal.seconds is not None else elapsed() + costs.sample * (goal.samples - base)
     steps = Rates(base, goal.length, goal.most)
-    chosen = _chosen_squares(steps, seen, costs, end - elapsed()) if base >= FEWEST else None
+    if base >= FEWEST:
+        chosen = _chosen_squares(steps, noise * base, seen.size, costs, end - elapsed())
     if chosen is None:
         yield from evenly(goal, base, seen.size, costs, elapsed)
         return
-    squares, wish = chosen
+    squares, wish, wanted = chosen
     levels = np.zeros(squares.areas.shape, int)
     if goal.is_mean:
-        wanted = _planned(squares, wish, squares.sums(costs.pixels), levels, steps, steps.top, end - elapsed(), costs)
         for level in range(1, wanted.max() + 1):
             yield _shots(steps, squares, levels, np.where(wanted == level, level, 0))
         return
@@ -280,12 +282,11 @@ def evenly(goal, count, size, costs, elapsed):
         count += further
 
 
-def _chosen_squares(steps, seen, costs, seconds):
-    """Squares and wishes of the side that promises most; None if the same samples everywhere promise as much."""
-    variance = rates.variance_of_mean(seen.mean, seen.half) * steps.base
+def _chosen_squares(steps, variance, size, costs, seconds):
+    """Squares, wishes and levels of the side that promises most; None if the same samples everywhere do as well."""
     even = min(steps.base + seconds / costs.sample, steps.most)
     least, chosen = _WORTH, None
-    for squares in _sides(seen.size):
+    for squares in _sides(size):
         prices = squares.sums(costs.pixels)
         wish = rates.wishes(variance, prices, squares)
         levels = np.zeros(squares.areas.shape, int)
@@ -294,7 +295,7 @@ def _chosen_squares(steps, seen, costs, seconds):
         judging = np.minimum(sums, _MOST_SAY * squares.areas * rates.guessed(sums, squares.areas))
         ratio = (judging / steps.samples(wanted)).sum() * even / max(judging.sum(), 1e-30)
         if ratio < least:
-            least, chosen = ratio, (squares, wish)
+            least, chosen = ratio, (squares, wish, wanted)
     return chosen
 
 
@@ -315,14 +316,15 @@ def _planned(squares, wish, prices, levels, steps, most, seconds, costs):
 
 def _until_below(goal, base, seen, elapsed):
     steps = Rates(base, goal.length, goal.most)
-    squares = _squares_for(goal, steps, seen)
+    error = _square_error(seen)
+    squares = _squares_for(goal, steps, error, seen.size)
     levels = np.zeros(squares.areas.shape, int)
     while goal.seconds is None or elapsed() < goal.seconds:
-        wanted = np.maximum(_below(goal, steps, seen, squares, levels), levels)
+        wanted = np.maximum(_below(goal, steps, error, squares, levels), levels)
         going_on = np.where(steps.samples(wanted) <= steps.length, wanted, levels)
         if (going_on > levels).any():
             yield _shots(steps, squares, levels, going_on, with_halves=True)
-            levels = going_on
+            levels, error = going_on, _square_error(seen)
             continue
         # Those that start anew do so once: asked again, some would by chance do so for nothing.
         if (wanted > levels).any():
@@ -330,21 +332,26 @@ def _until_below(goal, base, seen, elapsed):
         return
 
 
-def _below(goal, steps, seen, squares, levels):
+def _square_error(seen):
+    """Square of the error that Cycles' threshold bounds, of each pixel."""
+    return np.square(rates.cycles_error(seen.mean, seen.half))
+
+
+def _below(goal, steps, error, squares, levels):
     """Levels that bring the error of squares, told by those around, below the threshold."""
     # As it would be at `_EXACT_AT` samples.
     grown = (steps.samples(levels) / _EXACT_AT) ** _FALL
-    sums = squares.sums(np.square(rates.cycles_error(seen.mean, seen.half))) * grown**2
+    sums = squares.sums(error) * grown**2
     times = np.sqrt(rates.around(sums, squares.areas)) / max(goal.threshold, 1e-9)
     samples = _EXACT_AT * times ** (1.0 / (_FALL + _RELIEF))
     return np.clip(np.ceil(np.log2(np.maximum(samples, 1e-9) / steps.base)), 0, steps.top).astype(int)
 
 
-def _squares_for(goal, steps, seen):
+def _squares_for(goal, steps, error, size):
     """The smallest squares of which further samples are worth much more than the calls for them."""
-    for squares in _sides(seen.size):
+    for squares in _sides(size):
         levels = np.zeros(squares.areas.shape, int)
-        wanted = _below(goal, steps, seen, squares, levels)
+        wanted = _below(goal, steps, error, squares, levels)
         calls = len(_shots(steps, squares, levels, wanted))
         if calls * CALL_SAMPLES <= _CALLS * (squares.areas * steps.further(levels, wanted)).sum():
             break
