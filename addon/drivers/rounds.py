@@ -65,7 +65,7 @@ def _shots(goal, growing):
     base, costs = goal.base(growing.costs.sample), growing.costs
     yield from rounds.opening(goal, base, growing.size, costs)
     is_small = goal.is_mean and goal.samples * costs.sample < _SMALL
-    follow = rounds.evenly(goal, base, growing.size, costs, growing.spent) if is_small else None
+    follow = rounds.evenly(goal, base, goal.samples, growing.size, costs, growing.spent) if is_small else None
     yield from follow or rounds.rounds(goal, base, growing, costs, growing.spent)
 
 

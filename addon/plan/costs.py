@@ -8,27 +8,47 @@ import numpy as np
 _SURPRISE = 4.0
 
 
-# About how many samples of a pixel a call takes as long as.
-CALL_SAMPLES = 1000
-
+# Samples are taken away by powers of this factor.
+_STEP = 1.3
 
 # What a sample costs where none differs from another, as of a background: next to nothing beside one of a surface.
 _IDLE = 0.1
 
 
 class Counted:
-    """Costs that follow from the picture alone, so that the same picture comes out each time.
+    """Costs in samples of a pixel instead of seconds, so that the same picture comes out each time.
 
-    Parameters and attributes are those of `Costs`, in samples of a pixel instead of seconds.
+    Time is asked in one place: where samples would take much longer than as many of all pixels, there are fewer, by a
+    factor whose steps are so large that chance rarely changes it.  Parameters and attributes are those of `Costs`.
     """
 
-    call = CALL_SAMPLES
+    # About how many samples of a pixel a call takes as long as.
+    call = 1000
 
     def __init__(self, size):
         self.pixels = np.ones(size[::-1])
+        self._seconds = np.ones(size[::-1])
 
     def learn(self, part, count, seconds):
-        """Time is not asked."""
+        """Take in how long a call has taken; parameters as of `Costs.learn`."""
+        known = self._seconds[part]
+        known[...] = seconds / (count * known.size)
+
+    def affordable(self, samples, count):
+        """Part of the samples that take about as long as `count` of all pixels.
+
+        Parameters
+        ----------
+        samples : int array, shape (height, width)
+            Of each pixel.
+        count : int
+
+        Returns
+        -------
+        float
+        """
+        longer = float((self._seconds * samples).sum()) / max(count * float(self._seconds.sum()), 1e-12)
+        return _STEP ** -max(np.round(np.log(max(longer, 1e-12)) / np.log(_STEP)), 0.0)
 
     def see(self, noise):
         """Take in which pixels have any noise, (height, width)."""
@@ -84,6 +104,10 @@ class Costs:
 
     def see(self, noise):
         """Noise says nothing of seconds."""
+
+    def affordable(self, samples, count):
+        """Seconds are what they cost already."""
+        return 1.0
 
     @property
     def sample(self):

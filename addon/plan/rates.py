@@ -19,6 +19,9 @@ _LUMINANCE = np.array((0.2126, 0.7152, 0.0722), np.float32)
 # Luminance beyond which a display shows no difference.
 _BRIGHTEST = 4.0
 
+# Luminance below which noise is hardly seen.
+_DARKEST = 0.01
+
 # Samples grow with this power of the variance over the cost.  One half leaves the least mean square error if that falls
 # like 1 / n and the variance is known; it falls faster in most scenes, and is guessed.
 _POWER = 0.35
@@ -94,6 +97,11 @@ class Squares:
         rows = np.add.reduceat(pixels, self._y, axis=0, dtype=float)
         return np.add.reduceat(rows, self._x, axis=1)
 
+    def spread(self, values):
+        """Values of squares as those of their pixels, (rows, columns) -> (height, width)."""
+        rows = np.repeat(values, np.diff(self._y, append=self.size[1]), axis=0)
+        return np.repeat(rows, np.diff(self._x, append=self.size[0]), axis=1)
+
     def rectangles(self, wanted):
         """Few rectangles that cover the wanted squares, and only these.
 
@@ -146,8 +154,11 @@ def _ring(values):
     return 2.0 * cross + corners
 
 
-def variance_of_mean(mean, half):
-    """Square error of each pixel's luminance that its halves tell.
+def visible_variance(mean, half):
+    """Square error of each pixel's luminance that its halves tell, over the root of the luminance.
+
+    That lies between the error of light, to which shadows matter little, and that of what a display shows, which is
+    about the square error over the luminance itself.
 
     Parameters
     ----------
@@ -159,7 +170,7 @@ def variance_of_mean(mean, half):
     float32 array, shape (height, width)
     """
     one, other = (np.minimum(_finite(picture @ _LUMINANCE), _BRIGHTEST) for picture in (half, 2.0 * mean - half))
-    return 0.25 * np.square(one - other)
+    return 0.25 * np.square(one - other) / np.sqrt(np.maximum(0.5 * (one + other), _DARKEST))
 
 
 def cycles_error(mean, half):

@@ -12,13 +12,11 @@ the first samples cost is little beside.
 """
 
 from dataclasses import dataclass
-from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
 
 from . import rates
-from .costs import CALL_SAMPLES
 from .rates import Rates, Squares
 
 # Part of the mean samples that all pixels take first.
@@ -37,7 +35,7 @@ _MOST_TIMES = 16
 _SIDE = 8
 _ACROSS = 160
 
-# Share of the time that may go into calls which tell where samples cost how much, and how many these are at most.
+# Share of the whole that may go into calls which tell where samples cost how much, and how many these are at most.
 _SURVEY = 0.03
 _MOST_TILES = 256
 
@@ -49,10 +47,10 @@ _WORTH = 0.97
 # about the whole picture, and so about its own samples, the picture would lose light.
 _MOST_SAY = 2.0
 
-# The threshold grows with this power of the samples a pixel has taken, and is the user's for pixels of so many.  Cycles
-# asks each pixel's two halves again and again, which agree by chance the sooner or later, so its own errors grow with
-# the first power; the least mean square error wants one half.  In between pictures have about the error of Cycles'.
-_RELIEF, _EXACT_AT = 0.75, 64
+# The threshold is the user's where it asks for so many samples; it grows with these powers of the samples where it asks
+# for more, and for fewer.  Cycles asks each pixel's two halves again and again, which agree by chance the sooner or
+# later, and takes at least 32 to 64 samples: so its own errors change more slowly than its threshold.
+_EXACT_AT, _RELIEF = 64, (0.25, 1.5)
 
 # The error falls like this power of the samples.
 _FALL = 0.6
@@ -62,9 +60,6 @@ _CAUTION = 0.75
 
 # How often a plan is made until its calls and samples together fill the time: fewer samples want fewer calls.
 _PLANS = 3
-
-# Share of a round's samples that the calls for them may be worth.
-_CALLS = 0.1
 
 
 class Shot(NamedTuple):
@@ -159,7 +154,8 @@ def _power_of_two_to(count):
 def opening(goal, base, size, costs):
     """The samples of all pixels from the first call's up to the base, whose halves tell noise.
 
-    If time is limited the second half is rendered in tiles, whose times tell where samples cost how much.
+    If time is limited, or what samples of all pixels take is to be spent, the second half is rendered in tiles, whose
+    times tell where samples cost how much.
 
     Parameters
     ----------
@@ -180,10 +176,8 @@ def opening(goal, base, size, costs):
         yield [Shot((0, 0, *size), goal.length, goal.first, half - goal.first)]
     if base <= half:
         return
-    if goal.seconds is None:
-        yield [Shot((0, 0, *size), goal.length, half, base - half)]
-        return
-    number = np.clip(_SURVEY * goal.seconds / costs.call, 1, _MOST_TILES)
+    whole = goal.length * costs.sample if goal.seconds is None else goal.seconds
+    number = np.clip(_SURVEY * whole / costs.call, 1, _MOST_TILES)
     squares = Squares(size, _power_of_two_from(int(np.sqrt(size[0] * size[1] / number))))
     cells = np.ndindex(squares.areas.shape)
     rectangles = (squares.rectangles(_only(squares.areas.shape, cell))[0] for cell in cells)
@@ -205,9 +199,9 @@ def rounds(goal, base, seen, costs, elapsed):
     base : int
         Samples that all pixels have, of `Goal.base`.
     seen : object
-        The picture so far: `size`, and `mean` and `half` as of `rates`, renewed when shots have been rendered.
+        The picture so far: `size`, and `mean` and `half` as of `rates`.
     costs : Costs
-        Renewed likewise.
+        Renewed when shots have been rendered.
     elapsed : callable
         What the picture has cost so far, in the unit of `costs`: seconds if time is limited, else samples.
 
@@ -216,27 +210,23 @@ def rounds(goal, base, seen, costs, elapsed):
     list of Shot
         One round; the picture is complete after each.
     """
-    if goal.threshold is not None and base >= FEWEST:
-        yield from _until_below(goal, base, seen, elapsed)
-    else:
-        yield from _in_time(goal, base, seen, costs, elapsed)
-
-
-def _in_time(goal, base, seen, costs, elapsed):
-    chosen = None
-    if base >= FEWEST:
-        noise = rates.variance_of_mean(seen.mean, seen.half)
-        costs.see(noise)
-    end = goal.seconds if goal.seconds is not None else elapsed() + costs.sample * (goal.samples - base)
+    if base < FEWEST:
+        yield from evenly(goal, base, goal.samples, seen.size, costs, elapsed)
+        return
+    variance = base * rates.visible_variance(seen.mean, seen.half)
+    costs.see(variance)
+    mean = goal.samples if goal.threshold is None else _needed(goal, base, seen, costs)
+    end = elapsed() + costs.sample * (mean - base)
+    if goal.seconds is not None:
+        end = goal.seconds if goal.threshold is None else min(goal.seconds, end)
     steps = Rates(base, goal.length, goal.most)
-    if base >= FEWEST:
-        chosen = _chosen_squares(steps, noise * base, seen.size, costs, end - elapsed())
+    chosen = _chosen_squares(steps, variance, seen.size, costs, end - elapsed())
     if chosen is None:
-        yield from evenly(goal, base, seen.size, costs, elapsed)
+        yield from evenly(goal, base, round(mean), seen.size, costs, elapsed)
         return
     squares, wish, wanted = chosen
     levels = np.zeros(squares.areas.shape, int)
-    if goal.is_mean:
+    if goal.seconds is None:
         for level in range(1, wanted.max() + 1):
             yield _shots(steps, squares, levels, np.where(wanted == level, level, 0))
         return
@@ -251,8 +241,8 @@ def _in_time(goal, base, seen, costs, elapsed):
         levels[going] += 1
 
 
-def _shots(steps, squares, levels, wanted, with_halves=False):
-    """Shots that bring squares from some levels to others, with a cut at half of their samples if that is wanted.
+def _shots(steps, squares, levels, wanted):
+    """Shots that bring squares from some levels to others.
 
     Those of longer sequences come later, for Cycles heeds a change of the length only upwards.
     """
@@ -260,25 +250,22 @@ def _shots(steps, squares, levels, wanted, with_halves=False):
     going = wanted > levels
     shots = []
     for last, first in sorted(set(zip(samples[going].tolist(), kept[going].tolist(), strict=True))):
-        length = max(last, steps.length)
-        cuts = [first, last // 2, last] if with_halves and first < last // 2 else [first, last]
         rectangles = squares.rectangles(going & (kept == first) & (samples == last))
-        shots += [
-            Shot(rectangle, length, begin, end - begin) for rectangle in rectangles for begin, end in pairwise(cuts)
-        ]
+        shots += [Shot(rectangle, max(last, steps.length), first, last - first) for rectangle in rectangles]
     return shots
 
 
-def evenly(goal, count, size, costs, elapsed):
-    """Complete the samples of all pixels from some count on; parameters and shots as of `rounds`."""
-    most = goal.samples
-    while count < most:
+def evenly(goal, count, mean, size, costs, elapsed):
+    """Bring the samples of all pixels from `count` to `mean`; other parameters and shots as of `rounds`."""
+    if mean > goal.length:
+        count = 0
+    while count < mean:
         # Little by little if time is limited, for what samples cost is known better each time.
-        affordable = most if goal.seconds is None else int(_CAUTION * (goal.seconds - elapsed()) / costs.sample)
-        further = min(most - count, affordable)
+        affordable = mean if goal.seconds is None else int(_CAUTION * (goal.seconds - elapsed()) / costs.sample)
+        further = min(mean - count, affordable)
         if further < 1:
             return
-        yield [Shot((0, 0, *size), goal.length, count, further)]
+        yield [Shot((0, 0, *size), max(goal.length, mean), count, further)]
         count += further
 
 
@@ -291,6 +278,11 @@ def _chosen_squares(steps, variance, size, costs, seconds):
         wish = rates.wishes(variance, prices, squares)
         levels = np.zeros(squares.areas.shape, int)
         wanted = _planned(squares, wish, prices, levels, steps, steps.top, seconds, costs)
+        part = costs.affordable(squares.spread(steps.samples(wanted)), even)
+        if part < 1.0:
+            spent = steps.base * costs.sample
+            left = part * (spent + seconds) - spent
+            wanted = _planned(squares, wish, prices, levels, steps, steps.top, left, costs)
         sums = squares.sums(variance)
         judging = np.minimum(sums, _MOST_SAY * squares.areas * rates.guessed(sums, squares.areas))
         ratio = (judging / steps.samples(wanted)).sum() * even / max(judging.sum(), 1e-30)
@@ -314,45 +306,12 @@ def _planned(squares, wish, prices, levels, steps, most, seconds, costs):
     return rates.levels_in_time(wish, prices, levels, steps, most, seconds - spent)
 
 
-def _until_below(goal, base, seen, elapsed):
-    steps = Rates(base, goal.length, goal.most)
-    error = _square_error(seen)
-    squares = _squares_for(goal, steps, error, seen.size)
-    levels = np.zeros(squares.areas.shape, int)
-    while goal.seconds is None or elapsed() < goal.seconds:
-        wanted = np.maximum(_below(goal, steps, error, squares, levels), levels)
-        going_on = np.where(steps.samples(wanted) <= steps.length, wanted, levels)
-        if (going_on > levels).any():
-            yield _shots(steps, squares, levels, going_on, with_halves=True)
-            levels, error = going_on, _square_error(seen)
-            continue
-        # Those that start anew do so once: asked again, some would by chance do so for nothing.
-        if (wanted > levels).any():
-            yield _shots(steps, squares, levels, wanted)
-        return
-
-
-def _square_error(seen):
-    """Square of the error that Cycles' threshold bounds, of each pixel."""
-    return np.square(rates.cycles_error(seen.mean, seen.half))
-
-
-def _below(goal, steps, error, squares, levels):
-    """Levels that bring the error of squares, told by those around, below the threshold."""
-    # As it would be at `_EXACT_AT` samples.
-    grown = (steps.samples(levels) / _EXACT_AT) ** _FALL
-    sums = squares.sums(error) * grown**2
-    times = np.sqrt(rates.around(sums, squares.areas)) / max(goal.threshold, 1e-9)
-    samples = _EXACT_AT * times ** (1.0 / (_FALL + _RELIEF))
-    return np.clip(np.ceil(np.log2(np.maximum(samples, 1e-9) / steps.base)), 0, steps.top).astype(int)
-
-
-def _squares_for(goal, steps, error, size):
-    """The smallest squares of which further samples are worth much more than the calls for them."""
-    for squares in _sides(size):
-        levels = np.zeros(squares.areas.shape, int)
-        wanted = _below(goal, steps, error, squares, levels)
-        calls = len(_shots(steps, squares, levels, wanted))
-        if calls * CALL_SAMPLES <= _CALLS * (squares.areas * steps.further(levels, wanted)).sum():
-            break
-    return squares
+def _needed(goal, base, seen, costs):
+    """Mean samples of a pixel that the threshold asks for."""
+    squares = _sides(seen.size)[0]
+    sums = squares.sums(np.square(rates.cycles_error(seen.mean, seen.half)))
+    # As it will be at `_EXACT_AT` samples.
+    times = np.sqrt(rates.around(sums, squares.areas)) * (base / _EXACT_AT) ** _FALL / max(goal.threshold, 1e-9)
+    needed = _EXACT_AT * times ** (1.0 / (_FALL + np.where(times > 1.0, *_RELIEF)))
+    prices = squares.sums(costs.pixels)
+    return float((prices * np.clip(needed, base, goal.samples)).sum() / prices.sum())
