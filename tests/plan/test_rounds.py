@@ -148,7 +148,7 @@ def test_a_threshold_tells_how_many_samples_are_needed():
         truth, other = (np.repeat(each[..., None], 3, axis=2) for each in (TRUTH, other))
         error = np.sqrt(np.square(rates.cycles_error(truth, other))[inside].mean())
         # As far from it as pixels are that Cycles stops by chance.
-        assert taken <= most and error < 2.0 * threshold
+        assert taken <= most and error < 2.5 * threshold
         assert (picture.counts[quiet] <= 18).all()
 
 
