@@ -41,7 +41,7 @@ def render(session, frame):
     plan = Plan.in_place(sampled.frame_seed, frame.region)
     passes.add_divisors(engine, session.layer)
     steps.add_guides(session, frame)
-    goal = goal_of(sampled, 0.0)
+    goal = goal_of(sampled)
     # What is to be denoised comes under another name, and Combined stays empty until then.
     light = passes.NOISY["Combined"] if frame.denoise else "Combined"
     growing = grown(session, goal, lambda: time.perf_counter() - begun, light)
@@ -69,10 +69,9 @@ def _shots(goal, growing):
     yield from follow or rounds.rounds(goal, base, growing, costs, growing.spent)
 
 
-def goal_of(sampling, elapsed):
-    """The goal that Cycles' settings mean, `elapsed` seconds after the render's start."""
-    limit = sampling.time_limit or None
-    return rounds.Goal(sampling.samples, sampling.threshold, sampling.least, limit and limit - elapsed)
+def goal_of(sampling):
+    """The goal that Cycles' settings mean."""
+    return rounds.Goal(sampling.samples, sampling.threshold, sampling.least, sampling.time_limit or None)
 
 
 class Growing:
@@ -97,6 +96,9 @@ class Growing:
         self.session, self._goal, self._elapsed, self._light = session, goal, elapsed, light
         self.size = session.region.size
         self.costs = Counted(self.size) if goal.seconds is None else Costs(self.size)
+        # The processor's time tells what samples cost even where others use it, too, if they are taken there.
+        is_processors = goal.seconds is None and session.scene.cycles.device == "CPU"
+        self._clock = time.process_time if is_processors else elapsed
         self._samples = 0
         self.sums = None
 
@@ -113,9 +115,9 @@ class Growing:
     def shoot_all(self, count):
         """Render the first samples of all pixels, before all else; return whether more may follow."""
         self.session.set_sampling(use_sample_subset=True, sample_offset=0, sample_subset_length=count)
-        begun = self._elapsed()
+        begun = self._clock()
         found = self.session.call(then_rectangles=True)
-        taken = self._elapsed() - begun
+        taken = self._clock() - begun
         width, height = self.size
         kinds = passes.kinds(self.session.original_layer, {name for name, _ in found})
         self.sums = Accumulation(self.size, kinds, self._light)
@@ -154,13 +156,13 @@ class Growing:
         """Render shots; return whether more may follow."""
         asked = [Shot(Rectangle(*rectangle), *samples) for rectangle, *samples in shots]
         whole = self._whole(asked)
-        begun = self._elapsed()
+        begun = self._clock()
         for shot, found in zip(asked, self.session.call_rectangles(asked), strict=True):
             if self.session.engine.test_break():
                 return False
             part = shot.rectangle.part
             self.sums.add(part, found, shot.first, shot.count)
-            now = self._elapsed()
+            now = self._clock()
             self.costs.learn(part, shot.count, now - begun)
             begun = now
             self._samples += shot.count * self.costs.pixels[part].sum()

@@ -8,8 +8,8 @@ import numpy as np
 _SURPRISE = 4.0
 
 
-# Samples are taken away by powers of this factor.
-_STEP = 1.3
+# Samples are taken away by powers of this factor, if calls have taken so many seconds: chance decides about fewer.
+_STEP, _TELLING = 1.3, 0.5
 
 # What a sample costs where none differs from another, as of a background: next to nothing beside one of a surface.
 _IDLE = 0.1
@@ -28,11 +28,13 @@ class Counted:
     def __init__(self, size):
         self.pixels = np.ones(size[::-1])
         self._seconds = np.ones(size[::-1])
+        self._learned = 0.0
 
     def learn(self, part, count, seconds):
         """Take in how long a call has taken; parameters as of `Costs.learn`."""
         known = self._seconds[part]
         known[...] = seconds / (count * known.size)
+        self._learned += seconds
 
     def affordable(self, samples, count):
         """Part of the samples that take about as long as `count` of all pixels.
@@ -47,6 +49,8 @@ class Counted:
         -------
         float
         """
+        if self._learned < _TELLING:
+            return 1.0
         longer = float((self._seconds * samples).sum()) / max(count * float(self._seconds.sum()), 1e-12)
         return _STEP ** -max(np.round(np.log(max(longer, 1e-12)) / np.log(_STEP)), 0.0)
 

@@ -2,8 +2,8 @@
 """Adaptive sampling by rounds: which rectangles of a picture take how many samples.
 
 All pixels take the same few samples first, whose halves tell how noisy they are (`rates`).  Then squares go on to
-powers of two times these: as many as fit in the samples or the time that the picture may take, or as bring the error
-that Cycles' noise threshold bounds below it.
+powers of two times these, as far as the samples or the time of the picture reach.  A noise threshold tells how many
+samples the picture needs.
 
 Samples up to `Goal.length` go on with the pixel's first ones.  A pixel of more starts anew, with the sequence that
 Cycles gives a frame of just so many: Cycles spreads the errors of neighbouring pixels only over whole sequences, and

@@ -4,7 +4,7 @@
 import numpy as np
 import pytest
 
-from addon.plan import rates, rounds
+from addon.plan import costs, rates, rounds
 from addon.plan.costs import Costs, Counted
 from addon.plan.rates import Squares
 from addon.plan.rounds import FEWEST, Goal, Shot
@@ -149,10 +149,12 @@ def test_a_threshold_tells_how_many_samples_are_needed():
         error = np.sqrt(np.square(rates.cycles_error(truth, other))[inside].mean())
         # As far from it as pixels are that Cycles stops by chance.
         assert taken <= most and error < 2.5 * threshold
-        assert (picture.counts[quiet] <= 18).all()
+        assert picture.counts[quiet].max() <= max(taken / 2, 18)
 
 
-def test_samples_that_take_long_are_fewer():
+def test_samples_that_take_long_are_fewer(monkeypatch):
+    monkeypatch.setattr(costs, "_TELLING", 0.0)
+
     class Slow(Noise):
         def shoot(self, shots):
             before = self.costs.learn
