@@ -19,9 +19,12 @@ def values(owner):
 
 
 def put_back(owner, before):
-    """Undo what was written to a part of the evaluated scene since `values`."""
-    for name, value in values(owner).items():
-        if value != before[name]:
+    """Undo what was written to a part of the evaluated scene since `values`.
+
+    From the last to the first, since a camera's angle follows from its lens and sensor, which come after it.
+    """
+    for name in reversed(before):
+        if getattr(owner, name) != before[name]:
             setattr(owner, name, before[name])
 
 
@@ -33,28 +36,21 @@ class Overwritten:
 
     def __init__(self):
         self._previous = {}
-        self._parts = []
 
     def set(self, owner, **values):
+        self.keep(owner, *values)
         for name, value in values.items():
-            self.keep(owner, name)
             setattr(owner, name, value)
 
     def keep(self, owner, *names):
         """Remember values that will be written."""
+        _, previous = self._previous.setdefault((owner.as_pointer(), owner.bl_rna.identifier), (owner, {}))
         for name in names:
-            key = owner.as_pointer(), owner.bl_rna.identifier, name
-            if key not in self._previous:
+            if name not in previous:
                 value = getattr(owner, name)
-                self._previous[key] = owner, name, value.copy() if hasattr(value, "copy") else value
-
-    def keep_all(self, owner):
-        """Remember all plain values of a part of the scene."""
-        self._parts.append((owner, values(owner)))
+                previous[name] = value.copy() if hasattr(value, "copy") else value
 
     def put_back(self):
         """Make everything what it was."""
-        while self._parts:
-            put_back(*self._parts.pop())
         while self._previous:
-            setattr(*self._previous.popitem()[1])
+            put_back(*self._previous.popitem()[1])

@@ -181,8 +181,8 @@ def replace(written, scene, views, region, plan_path):
         "box_filter": int(box),
     }
     for data in {view.camera.data for view in views.values()}:
-        written.keep_all(data)
-        written.keep_all(data.stereo)
+        for part in (data, data.stereo):
+            written.keep(part, *values(part))
         _make_custom(data, scene.render, region, camera_film.of_camera(data, scene.render, region), parameters)
 
 
