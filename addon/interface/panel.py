@@ -125,12 +125,4 @@ def _lines(text, width):
 
 _CLASSES = (SPECTRAL_TILES_PT_sampling, SPECTRAL_TILES_PT_advanced)
 
-
-def register():
-    for panel in _CLASSES:
-        bpy.utils.register_class(panel)
-
-
-def unregister():
-    for panel in reversed(_CLASSES):
-        bpy.utils.unregister_class(panel)
+register, unregister = bpy.utils.register_classes_factory(_CLASSES)
