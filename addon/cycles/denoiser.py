@@ -106,14 +106,11 @@ def _denoise(scene, layer, region, color, normal, albedo):
 
 
 def _write(path, region, pixels):
-    oiio = openimageio.load()
-    width, height = region.size
-    spec = oiio.ImageSpec(width, height, len(_CHANNELS), "float")
+    # Rows stay bottom up, as Cycles' own denoising sees them: the denoiser is not quite symmetric.
+    image = openimageio.load().ImageBuf(pixels.reshape(*region.size[::-1], len(_CHANNELS)))
+    spec = image.specmod()
     spec.channelnames = _CHANNELS
     spec.attribute("compression", "none")
     spec.attribute("cycles.Image.samples", "1")
-    # Rows stay bottom up, as Cycles' own denoising sees them: the denoiser is not quite symmetric.
-    output = oiio.ImageOutput.create(path)
-    written = output.open(path, spec) and output.write_image(pixels.reshape(height, width, -1)) and output.close()
-    if not written:
-        raise Refused(f"Cannot denoise: {path} cannot be written: {output.geterror()}")
+    if not image.write(path):
+        raise Refused(f"Cannot denoise: {path} cannot be written: {image.geterror()}")
