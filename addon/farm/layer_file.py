@@ -7,8 +7,6 @@ import re
 from dataclasses import dataclass, field
 from typing import NamedTuple
 
-import numpy as np
-
 from ..blender import openimageio
 from ..blender.refusal import Refused
 from ..cycles import passes
@@ -101,11 +99,20 @@ class LayerFile:
             return cls._read(path)
         except UnicodeDecodeError:
             raise seal.refusal(path, "is damaged: there is no text in its header where text should be") from None
+        except ValueError as error:
+            raise seal.refusal(path, f"is damaged or truncated: {error}") from None
 
     @classmethod
     def _read(cls, path):
-        image, specs, known = _opened(path)
+        image, specs = openimageio.opened(path)
+        if image.format_name() != "openexr":
+            raise seal.refusal(path, "is no OpenEXR picture")
         size = _checked_size(path, specs)
+        known = {
+            attribute.name.removeprefix(PREFIX): attribute.value
+            for attribute in specs[0].extra_attribs
+            if attribute.name.startswith(PREFIX)
+        }
         if not known:
             raise seal.refusal(path, "was not rendered with Spectral Tiles")
         _check_forms(path, known)
@@ -146,38 +153,10 @@ class LayerFile:
 
     def rows(self, band):
         """Some rows of all channels, float32 (rows, width, channels); raises `Refused` if they are damaged."""
-        return rows(self.path, self.image, self.specs, band)
-
-
-def rows(path, image, specs, band):
-    """Some rows of all parts of an open picture, as `LayerFile.rows`."""
-    parts = []
-    for index, spec in enumerate(specs):
-        start, stop = spec.y + band.start, spec.y + band.stop
-        pixels = image.read_scanlines(index, 0, start, stop, 0, 0, spec.nchannels, "float")
-        if pixels is None:
-            raise seal.refusal(path, f"is damaged or truncated: {messages.one_line(image.geterror(), 80)}")
-        parts.append(pixels.reshape(stop - start, spec.width, -1))
-    return np.concatenate(parts, axis=2)
-
-
-def _opened(path):
-    """A picture, what it says of its parts, and its facts."""
-    oiio = openimageio.load()
-    image = oiio.ImageInput.open(path)
-    if image is None:
-        raise seal.refusal(path, f"is damaged or truncated: {messages.one_line(oiio.geterror(), 80)}")
-    if image.format_name() != "openexr":
-        raise seal.refusal(path, "is no OpenEXR picture")
-    specs, known = [], {}
-    while image.seek_subimage(len(specs), 0):
-        specs.append(image.spec())
-    for number, spec in enumerate(specs):
-        for attribute in spec.extra_attribs:
-            if attribute.name.startswith(PREFIX) and number == 0:
-                known[attribute.name.removeprefix(PREFIX)] = attribute.value
-    image.geterror()  # that there are no more parts
-    return image, specs, known
+        try:
+            return openimageio.rows(self.image, self.specs, band)
+        except ValueError as error:
+            raise seal.refusal(self.path, f"is damaged or truncated: {error}") from None
 
 
 def _checked_size(path, specs):
