@@ -5,7 +5,7 @@ __all__ = [
     "aperture",
     "camera_film",
     "cell_camera",
-    "clipping",
+    "custom_camera",
     "denoiser",
     "dicing",
     "exposure",
@@ -18,7 +18,6 @@ __all__ = [
     "scene_use",
     "session",
     "shader_nodes",
-    "shading",
     "shared_sequence",
     "standstill",
 ]

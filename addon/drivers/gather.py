@@ -11,18 +11,37 @@ import tempfile
 import time
 
 import bpy
+from cycles import engine as cycles
 
+from ..blender import openimageio
 from ..blender.display import InOrder
 from ..blender.refusal import Refused
 from ..blender.region import bands
-from ..cycles import aperture, clipping, dicing, osl_camera, passes, plan_image, sampling, shading
+from ..cycles import aperture, denoiser, dicing, osl_camera, passes, plan_image, sampling
 from ..farm import layers
 from ..picture.reconstruction import Reconstruction, positions
 from ..plan import arranged_plan, pattern_plan
-from . import checks, steps
+from . import steps
+from .frame import pattern_tile
 
 # Cycles' Depth where nothing was hit (kernel/film, pass accessor).
 _NO_DEPTH = 1e10
+
+
+def _check_build(scene, layer):
+    if not cycles.with_osl():
+        raise Refused("This build of Blender has no Open Shading Language, which the method Gather needs")
+    openimageio.load()
+
+
+def _check_device(scene, layer):
+    preferences = bpy.context.preferences.addons["cycles"].preferences
+    kind = preferences.get_compute_device_type()
+    if scene.cycles.device == "GPU" and kind not in {"NONE", "OPTIX"} and preferences.has_active_device():
+        raise Refused(
+            f"Cycles has no Open Shading Language on {kind} devices, which the method Gather needs; "
+            "set Device to CPU or use OptiX, or set Method to In Place"
+        )
 
 
 def _check_passes(scene, layer):
@@ -65,22 +84,21 @@ def _check_camera(scene, layer):
     osl_camera.check(scene, scene.camera)
 
 
+def _check_pattern(scene, layer):
+    pattern_tile(scene)
+
+
 # Each raises `Refused` if a scene's view layer cannot be rendered this way.  The panel asks them all beforehand.
 CHECKS = (
-    checks.osl_build,
-    checks.osl_device,
+    _check_build,
+    _check_device,
     _check_camera,
     _check_passes,
     _check_subset,
     _check_culling,
-    checks.pattern,
-    checks.denoiser,
+    _check_pattern,
+    denoiser.check,
 )
-
-
-def scene_messages(depsgraph, camera):
-    """Why what a camera sees cannot be rendered this way, one message or none; it must have passed `CHECKS`."""
-    return shading.messages(depsgraph, camera) or clipping.messages(depsgraph, camera)
 
 
 def render(session, frame):
@@ -110,7 +128,7 @@ def render(session, frame):
                 engine.shown = InOrder(frame.region, plan)
                 picture = _in_order(session, plan, views)
                 picture = steps.without_noise(session, picture, clean, 0, frame.sampling.samples)
-    return picture, layers.facts(frame, session.layer_name, plan, frame.tile)
+    return picture, layers.facts(frame, session.layer_name, plan)
 
 
 def _planned(engine, frame):

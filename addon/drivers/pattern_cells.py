@@ -21,7 +21,7 @@ _MOST = 2**20
 
 
 def check_count(scene, layer):
-    """Raise `Refused` if a scene's pattern would take too many calls."""
+    """Raise `Refused` if a scene's pattern cannot be used, or would take too many calls."""
     tile = pattern_tile(scene)
     count = 0 if tile is None else tile.size**2 * Sampling.of_layer(scene, layer).samples
     if count > _MOST:
@@ -39,7 +39,7 @@ def render(session, frame):
     groups = plan.groups(range(sampled.first, sampled.first + sampled.count))
     shots = SubFramePlan(plan.side, plan.count, groups)
     picture = _Cells(session, frame, shots, plan).picture()
-    return picture, layers.facts(frame, session.layer_name, plan, frame.tile)
+    return picture, layers.facts(frame, session.layer_name, plan)
 
 
 class _Cells(Shots):

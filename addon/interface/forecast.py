@@ -5,9 +5,9 @@ import os
 
 import bpy
 
-from ..cycles import scene_analysis
+from ..cycles import custom_camera, scene_analysis
 from ..cycles.sampling import Sampling
-from ..drivers import choice, gather
+from ..drivers import choice
 
 # Of each view layer, by its depsgraph: its emitters, and what is wrong with its shading.  Finding them takes
 # milliseconds in a scene of thousands of objects, and a panel is drawn at every move of the mouse over it.
@@ -48,7 +48,7 @@ def chosen(scene, layer):
         return None
 
     def shading_messages():
-        return _remembered(_shading, layer.depsgraph, lambda found: gather.scene_messages(found, scene.camera))
+        return _remembered(_shading, layer.depsgraph, lambda found: custom_camera.messages(found, scene.camera))
 
     return choice.of_layer(scene, layer, Sampling.of_layer(scene, layer), use, shading_messages)
 

@@ -31,11 +31,11 @@ class SPECTRAL_TILES_PT_sampling(CyclesButtonsPanel, bpy.types.Panel):
         column.active = scene.spectral_tiles.enabled
         how = forecast.chosen(scene, layer)
         if how and how.refusals:
-            for message in dict.fromkeys(how.refusals):
+            for message in how.refusals:
                 _say(column, context, message, "ERROR")
         elif how:
             _say(column, context, forecast.sentence(scene, layer), "NONE")
-            for message in dict.fromkeys(how.differences):
+            for message in how.differences:
                 _say(column, context, message, "INFO")
         self.layout.operator("spectral_tiles.compare")
 

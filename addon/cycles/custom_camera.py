@@ -1,24 +1,33 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Shading that asks where the camera is looking, which Cycles cannot answer for a custom camera."""
+"""What a custom camera in the place of the scene's cannot show as that would.
+
+Shading may ask where the camera is looking: window coordinates have no inverse of a custom camera
+(`camera_world_to_ndc` of Cycles), and camera space has other axes for a panorama than for a custom camera.  And the far
+clip cuts along the ray instead of the axis.
+"""
+
+import numpy as np
 
 
 def messages(depsgraph, camera):
-    """Why a material, light or world in use would see another camera than the scene's.
-
-    Window coordinates have no inverse of a custom camera (`camera_world_to_ndc` of Cycles); camera space has other
-    axes for a panorama than for a custom camera.
+    """Why a picture by a custom camera would be another one.
 
     Parameters
     ----------
     depsgraph : bpy.types.Depsgraph
+        Evaluated.
     camera : bpy.types.Object
-        The scene's.
+        The scene's camera object.
 
     Returns
     -------
     list of str
         One line, or none.
     """
+    return _of_shading(depsgraph, camera) or _of_clipping(depsgraph, camera)
+
+
+def _of_shading(depsgraph, camera):
     wanted = {("ShaderNodeTexCoord", "Window"): "Window coordinates"}
     if camera.data.type == "PANO":
         wanted[("ShaderNodeTexCoord", "Camera")] = "Camera coordinates"
@@ -33,6 +42,24 @@ def messages(depsgraph, camera):
                         f'{what} in "{data.name}" cannot be rendered by Gather; '
                         "use other coordinates there, or set Method to In Place"
                     ]
+    return []
+
+
+def _of_clipping(depsgraph, camera):
+    data = camera.data
+    if data.type != "PERSP":
+        return []  # Cycles clips panoramas along the ray, and rays of an orthographic camera run along its axis
+    axis = -np.array(camera.matrix_world.to_3x3().normalized())[:, 2]
+    eye = np.array(camera.matrix_world.translation)
+    for instance in depsgraph.object_instances:
+        corners = np.ones((8, 4))
+        corners[:, :3] = instance.object.bound_box
+        depth = (corners @ np.array(instance.matrix_world).T[:, :3] - eye) @ axis
+        if depth.max() > data.clip_end:
+            return [
+                f'"{instance.object.name}" reaches beyond the far clip of camera "{camera.name}", which Gather cannot '
+                "cut; raise Clip End, or set Method to In Place"
+            ]
     return []
 
 
