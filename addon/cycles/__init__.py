@@ -15,7 +15,6 @@ __all__ = [
     "random_numbers",
     "sampling",
     "scene_analysis",
-    "scene_use",
     "session",
     "shader_nodes",
     "shared_sequence",
