@@ -8,8 +8,7 @@ import bpy
 from ..blender.region import Region
 from ..cycles import denoiser, passes
 from ..cycles.sampling import Sampling
-from ..cycles.scene_analysis import scene_use
-from ..cycles.scene_use import SceneUse
+from ..cycles.scene_analysis import SceneUse, scene_use
 from ..picture.control_variates import MOST_SAMPLES
 from ..picture.reconstruction import Filter
 from ..plan import patterns

@@ -60,6 +60,7 @@ def render(session, frame):
     if frame.tile is not None:
         return pattern_cells.render(session, frame)
     sampled = frame.sampling
+    seed = sampled.frame_seed % 2**31
     plan = sub_frame_plan.make(
         sampled.samples,
         frame.sub_frames,
@@ -67,24 +68,13 @@ def render(session, frame):
         sampled.frame_seed,
         one_by_one=frame.filter is not None,
     )
-    return _SubFrames(session, frame, plan).picture(), layers.facts(frame, session.layer_name)
+    place = None
+    # Cycles cannot make a box as narrow as a pixel of the film is in a cell's picture.
+    if frame.filter is not None or (plan.side > 1 and session.scene.cycles.pixel_filter_type == "BOX"):
+        places = shared_sequence.values(("film.x", "film.y"), shared_sequence.length(plan.length), seed)
 
+        def place(shot):
+            return places[shot.first]
 
-class _SubFrames(Shots):
-    """Shots by Cycles' own lens and filter, unless that is ours."""
-
-    def __init__(self, session, frame, plan):
-        super().__init__(session, frame, plan)
-        self._seed = frame.sampling.frame_seed % 2**31
-        # Cycles cannot make a box as narrow as a pixel of the film is in a cell's picture.
-        is_wide = plan.side > 1 and session.scene.cycles.pixel_filter_type == "BOX"
-        self._places = None
-        if frame.filter is not None or is_wide:
-            length = shared_sequence.length(plan.length)
-            self._places = shared_sequence.values(("film.x", "film.y"), length, self._seed)
-
-    def sampling(self, shot):
-        return sampling.exactly(self.plan.length, self._seed)
-
-    def place(self, shot):
-        return None if self._places is None else self._places[shot.first]
+    shots = Shots(session, frame, plan, sampling.exactly(plan.length, seed), place)
+    return shots.picture(), layers.facts(frame, session.layer_name)
