@@ -7,7 +7,6 @@ import numpy as np
 
 from ..cycles.passes import NOISY, Kind, divisor, is_radiance
 from ..plan.sample_plan import scattered
-from .nonnegative import nonnegative
 
 
 @dataclass(frozen=True)
@@ -81,10 +80,6 @@ class Picture:
                 # Below zero where a filter's lobes are: the passes' product is to be the light there, too.
                 passes[key] = np.divide(light, by, out=np.zeros_like(light), where=by != 0.0)
         return replace(self, passes=passes)
-
-    def with_nonnegative_light_of(self, keys):
-        """The picture with the negative pixels of some passes of colour evened out by those around them."""
-        return self.with_light_of({key: nonnegative(self.light_of(key)[:3]) for key in keys})
 
     def with_light(self, planes):
         """The picture with its light replaced by planes in the form of `light`."""
