@@ -36,7 +36,7 @@ _OF_LAYERS = {PLAN: "[0-9a-f]{8}|none", AOVS: ".+"}
 
 
 class Channel(NamedTuple):
-    """A channel of a picture: its view, view layer, pass, and component such as R.
+    """A channel of a picture: its view, view layer, pass, component such as R, and what its values are.
 
     The view layer is empty where nobody knows it.
     """
@@ -45,9 +45,10 @@ class Channel(NamedTuple):
     layer: str
     render_pass: str
     component: str
+    kind: Kind
 
     def __str__(self):
-        return ".".join(part for part in self[1:] if part)
+        return ".".join(part for part in (self.layer, self.render_pass, self.component) if part)
 
 
 @dataclass(frozen=True)
@@ -65,8 +66,6 @@ class LayerFile:
         Of its parts, which hold a pass each, or all passes.
     channels : list of Channel
         Of all parts.
-    kinds : list of Kind
-        Of all channels.
     divisors : dict of int to int
         By the numbers of channels whose light Cycles has divided, those of the colours by which.
     image : OpenImageIO.ImageInput
@@ -79,7 +78,6 @@ class LayerFile:
     samples: int
     specs: list
     channels: list
-    kinds: list
     divisors: dict
     image: object = field(repr=False)
 
@@ -107,7 +105,7 @@ class LayerFile:
         image, specs = openimageio.opened(path)
         if image.format_name() != "openexr":
             raise seal.refusal(path, "is no OpenEXR picture")
-        size = _checked_size(path, specs)
+        _check_size(path, specs)
         known = {
             attribute.name.removeprefix(PREFIX): attribute.value
             for attribute in specs[0].extra_attribs
@@ -129,22 +127,17 @@ class LayerFile:
         for owner, found in types.items():
             if found is None:
                 raise _contradiction(path, AOVS + owner, known[AOVS + owner])
-        channels = _channels(specs, owners)
+        channels = _channels(specs, types)
         if len(set(channels)) < len(channels):
             raise seal.refusal(path, "cannot be merged: two of its channels have the same name")
-        kinds = [passes.kind(c.render_pass, types.get(c.layer, {}).get(c.render_pass)) for c in channels]
-        for channel, kind in zip(channels, kinds, strict=True):
-            if (
-                channel.render_pass in passes.NOISY.values()
-                and kind is Kind.COLOUR
-                and channel.render_pass not in (types.get(channel.layer, {}))
-            ):
+        for channel in channels:
+            if channel.render_pass in passes.NOISY.values() and channel.render_pass not in types.get(channel.layer, {}):
                 raise seal.refusal(path, "was denoised; denoise after merging")
-        divisors = _divisors(path, channels, kinds, types)
-        known["size"] = "{} x {}".format(*size)
+        divisors = _divisors(path, channels, types)
+        known["size"] = "{0.width} x {0.height}".format(specs[0])
         known["window"] = "{0.x} {0.y} in {0.full_width} x {0.full_height}".format(specs[0])
         known["passes"] = ", ".join(f"{channel.view}:{channel}" for channel in channels)
-        return cls(path, known, first, count, samples, specs, channels, kinds, divisors, image)
+        return cls(path, known, first, count, samples, specs, channels, divisors, image)
 
     @property
     def size(self):
@@ -159,8 +152,8 @@ class LayerFile:
             raise seal.refusal(self.path, f"is damaged or truncated: {error}") from None
 
 
-def _checked_size(path, specs):
-    """Width and height of all parts; raises `Refused` if they are not alike, or cannot be in the file."""
+def _check_size(path, specs):
+    """Raise `Refused` unless all parts are of one size, which the file can hold."""
     sizes = {(spec.width, spec.height, spec.x, spec.y) for spec in specs}
     spec = specs[0]
     frame = spec.full_width, spec.full_height
@@ -172,7 +165,6 @@ def _checked_size(path, specs):
         raise seal.refusal(
             path, f"is damaged: its header has {spec.width} x {spec.height} pixels, more than it can hold"
         )
-    return spec.width, spec.height
 
 
 def _check_forms(path, known):
@@ -195,26 +187,27 @@ def _contradiction(path, name, value):
     return seal.refusal(path, f"is damaged or no layer: its header has {has} for {messages.one_line(name, 40)}")
 
 
-def _channels(specs, owners):
-    """All parts' channels, in order."""
+def _channels(specs, types):
+    """All parts' channels, in order; `types` are those of AOVs, by view layer and name."""
     channels = []
     for spec in specs:
         view = spec.get_string_attribute("view")
         for name in spec.channelnames:
-            owner = max((owner for owner in owners if name.startswith(f"{owner}.")), key=len, default="")
+            owner = max((owner for owner in types if name.startswith(f"{owner}.")), key=len, default="")
             render_pass, _, component = (name.removeprefix(f"{owner}.") if owner else name).rpartition(".")
-            channels.append(Channel(view, owner, render_pass, component))
+            kind = passes.kind(render_pass, types.get(owner, {}).get(render_pass))
+            channels.append(Channel(view, owner, render_pass, component, kind))
     return channels
 
 
-def _divisors(path, channels, kinds, types):
+def _divisors(path, channels, types):
     """The `LayerFile.divisors`; raises `Refused` if there are none where there should be."""
     places = {channel: number for number, channel in enumerate(channels)}
     divisors = {}
-    for number, (channel, kind) in enumerate(zip(channels, kinds, strict=True)):
-        if kind is not Kind.DIVIDED or not channel.layer:
+    for number, channel in enumerate(channels):
+        if channel.kind is not Kind.DIVIDED or not channel.layer:
             continue
-        colour = channel._replace(render_pass=passes.divisor(channel.render_pass))
+        colour = channel._replace(render_pass=passes.divisor(channel.render_pass), kind=Kind.COLOUR)
         if colour.render_pass in types[channel.layer]:
             raise seal.refusal(path, f"cannot be merged: call the AOV {colour.render_pass} otherwise")
         if colour not in places:

@@ -76,10 +76,10 @@ def _mean(pictures, weights, layer):
         seen = total[..., colour] != 0.0
         total[..., column] = np.divide(total[..., column], total[..., colour], out=np.zeros(seen.shape), where=seen)
     cryptomattes = {}
-    for column, (channel, kind) in enumerate(zip(layer.channels, layer.kinds, strict=True)):
-        if kind is Kind.FIRST_SAMPLE:
+    for column, channel in enumerate(layer.channels):
+        if channel.kind is Kind.FIRST_SAMPLE:
             total[..., column] = pictures[0][..., column]
-        elif kind is Kind.CRYPTOMATTE and channel.component.lower() in _RANKS:
+        elif channel.kind is Kind.CRYPTOMATTE and channel.component.lower() in _RANKS:
             place = channel.render_pass[-2:], _RANKS.index(channel.component.lower()), column
             cryptomattes.setdefault((channel.view, channel.layer, channel.render_pass[:-2]), []).append(place)
     for columns in cryptomattes.values():
