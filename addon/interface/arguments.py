@@ -7,7 +7,7 @@ import re
 
 import bpy
 
-from ..plan.patterns import atomic_file, messages
+from ..plan.patterns import atomic_file, generator_cli, messages
 from . import picture_files
 
 WRONG_USE = 2
@@ -137,16 +137,7 @@ def _checked(check):
 def _whole(owner, name):
     """Return a parser of whole numbers that a property takes."""
     limits = owner.bl_rna.properties[name]
-    least, most = limits.hard_min, limits.hard_max
-
-    def parse(text):
-        # Longer ones are no numbers that a property takes, and slow to read.
-        number = int(text) if re.fullmatch(r"[+-]?\d{1,12}", text.strip()) else None
-        if number is None or not least <= number <= most:
-            raise argparse.ArgumentTypeError(f"expected a whole number, {least} to {most}, got {messages.quoted(text)}")
-        return number
-
-    return parse
+    return generator_cli.whole(limits.hard_min, limits.hard_max)
 
 
 def _layer(text):
