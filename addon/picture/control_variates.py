@@ -140,12 +140,8 @@ def without_noise(lights, opacity, numbers, candidates):
         for number, pixels, found in zip(survey.noisy, explained, around, strict=True):
             result[number][:, own] -= found.coloured(pixels)[:, inner]
 
-    tops = range(0, height, rows)
-    if len(tops) == 1:
-        clean(0)
-    else:
-        with concurrent.futures.ThreadPoolExecutor(processors) as threads:
-            list(threads.map(clean, tops))
+    with concurrent.futures.ThreadPoolExecutor(processors) as threads:
+        list(threads.map(clean, range(0, height, rows)))
     return result
 
 
