@@ -8,7 +8,7 @@ from cycles import engine as cycles_engine
 from . import interface, persistence, settings, switch
 from .blender import main_thread
 
-_MODULES = (settings, main_thread, switch, persistence, interface)
+_MODULES = (settings, main_thread, switch, persistence, *interface.REGISTERED)
 
 # Copies of the extension that are enabled, the first of which is at work; kept where every copy finds it.
 _COPIES = "spectral_tiles_copies"
