@@ -9,21 +9,20 @@ clip cuts along the ray instead of the axis.
 import numpy as np
 
 
-def messages(depsgraph, camera):
+def messages(depsgraph):
     """Why a picture by a custom camera would be another one.
 
     Parameters
     ----------
     depsgraph : bpy.types.Depsgraph
-        Evaluated.
-    camera : bpy.types.Object
-        The scene's camera object.
+        Evaluated, with a camera object as the scene's camera.
 
     Returns
     -------
     list of str
         One line, or none.
     """
+    camera = depsgraph.scene.camera.evaluated_get(depsgraph)
     return _of_shading(depsgraph, camera) or _of_clipping(depsgraph, camera)
 
 

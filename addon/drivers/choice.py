@@ -5,6 +5,7 @@ from dataclasses import dataclass
 
 from ..blender.refusal import Refused
 from ..cycles import denoiser
+from ..cycles.sampling import Sampling
 from . import gather, rounds, sub_frames
 from .frame import reduces_noise
 
@@ -28,15 +29,13 @@ class Choice:
     differences: tuple[str, ...] = ()
 
 
-def of_layer(scene, layer, sampling, use, scene_messages):
+def of_layer(scene, layer, use, scene_messages):
     """Choose for a view layer.
 
     Parameters
     ----------
     scene : bpy.types.Scene
     layer : bpy.types.ViewLayer
-    sampling : Sampling
-        In force in the view layer.
     use : SceneUse
         What its noise comes from.
     scene_messages : callable
@@ -46,7 +45,7 @@ def of_layer(scene, layer, sampling, use, scene_messages):
     -------
     Choice
     """
-    settings = scene.spectral_tiles
+    settings, sampling = scene.spectral_tiles, Sampling.of_layer(scene, layer)
     if settings.method == "SUB_FRAMES":
         refusals = _refusals(sub_frames.CHECKS, scene, layer)
         return Choice("SUB_FRAMES", refusals, tuple(_sub_frame_differences(sampling, use)))
