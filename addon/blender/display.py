@@ -24,13 +24,7 @@ _LETTER = 14
 
 
 class InOrder:
-    """Cycles' picture so far, every pixel where it belongs.
-
-    Parameters
-    ----------
-    region : Region
-    plan : Plan
-    """
+    """Cycles' picture so far of a region, every pixel where it belongs by a plan."""
 
     def __init__(self, region, plan):
         self._region = region

@@ -36,10 +36,6 @@ def load():
 def opened(path):
     """Open a picture.
 
-    Parameters
-    ----------
-    path : str
-
     Returns
     -------
     image : OpenImageIO.ImageInput

@@ -93,7 +93,7 @@ def emitters(depsgraph):
 
 
 def scene_use(depsgraph, found=None):
-    """Look a frame over, without touching its geometry.
+    """The `SceneUse` of a frame, found without touching its geometry.
 
     Parameters
     ----------
@@ -101,10 +101,6 @@ def scene_use(depsgraph, found=None):
         Evaluated for the frame.
     found : Emitters, optional
         What `emitters` found; it is asked by default.
-
-    Returns
-    -------
-    SceneUse
     """
     scene, layer = depsgraph.scene, depsgraph.view_layer
     camera = scene.camera

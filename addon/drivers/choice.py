@@ -30,7 +30,7 @@ class Choice:
 
 
 def of_layer(scene, layer, use, scene_messages):
-    """Choose for a view layer.
+    """The `Choice` for a view layer.
 
     Parameters
     ----------
@@ -40,10 +40,6 @@ def of_layer(scene, layer, use, scene_messages):
         What its noise comes from.
     scene_messages : callable
         Why what is seen cannot be rendered by Gather (`custom_camera.messages`); asked only where that matters.
-
-    Returns
-    -------
-    Choice
     """
     settings, sampling = scene.spectral_tiles, Sampling.of_layer(scene, layer)
     if settings.method == "SUB_FRAMES":

@@ -81,13 +81,7 @@ class Frame:
 
 
 def reduces_noise(settings, sampling):
-    """Whether noise that the random numbers explain is to be subtracted.
-
-    Parameters
-    ----------
-    settings : SpectralTilesSettings
-    sampling : Sampling
-    """
+    """Whether noise that the random numbers explain is to be subtracted, by our settings and Cycles' sampling."""
     # Whoever chose a pattern wants to see what it does.
     is_wanted = settings.noise_reduction and settings.pattern == "AUTO" and sampling.is_even and sampling.is_whole
     at_a_time = 1 if settings.filter != "AS_CYCLES" else sampling.samples

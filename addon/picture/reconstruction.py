@@ -125,13 +125,7 @@ def positions(region, sample, seed):
 
 
 class Reconstruction:
-    """Sums of weighted samples, becoming pixels.
-
-    Parameters
-    ----------
-    chosen : Filter
-    channels, height, width : int
-    """
+    """Sums of samples weighted by a `Filter`, becoming pixels."""
 
     def __init__(self, chosen, channels, height, width):
         self._filter = chosen

@@ -43,16 +43,7 @@ class CellPlan:
         return len(self.offset)
 
     def groups(self, samples):
-        """The shots of some samples of every pixel, a group for each, in the order of time.
-
-        Parameters
-        ----------
-        samples : iterable of int
-
-        Returns
-        -------
-        list of list of Shot
-        """
+        """The shots of some samples (numbers) of every pixel: for each a list of `Shot`, in the order of time."""
         found = []
         for sample in samples:
             moments, points = self.t[:, :, sample], self.offset[:, :, sample]
@@ -69,7 +60,7 @@ class CellPlan:
 
 
 def following(tile, dims, samples, seed):
-    """Plan that follows a tile in some of its dimensions, time and lens exactly.
+    """The `CellPlan` that follows a tile in some of its dimensions, time and lens exactly.
 
     Parameters
     ----------
@@ -80,10 +71,6 @@ def following(tile, dims, samples, seed):
         Samples a pixel.
     seed : int
         Cycles' seed; also moves the tile.
-
-    Returns
-    -------
-    CellPlan
     """
     origin = np.random.default_rng(seed).integers(0, tile.size, 2)
     wanted = np.roll(tile.values[:, :, 0], origin, axis=(0, 1)).reshape(tile.size**2, -1)

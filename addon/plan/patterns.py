@@ -64,10 +64,6 @@ def tile(name, path="", dims=PROFILES["full"]):
     dims : tuple of str
         Dimensions that the scene uses (`SceneUse.dims`).
 
-    Returns
-    -------
-    generator.Tile or None
-
     Raises
     ------
     Refused

@@ -69,7 +69,7 @@ def side(samples, moments):
 
 
 def make(samples, moments, taken, seed, one_by_one=False):
-    """Plan a frame.
+    """The `SubFramePlan` of a frame.
 
     Parameters
     ----------
@@ -82,10 +82,6 @@ def make(samples, moments, taken, seed, one_by_one=False):
         Moves the pattern.
     one_by_one : bool
         Whether each shot is to be of a single sample.
-
-    Returns
-    -------
-    SubFramePlan
     """
     period = side(samples, moments)
     if period == 1:
