@@ -18,9 +18,6 @@ from .layers import AOVS, PLAN, PREFIX
 # Compression makes nothing smaller than by this: Deflate's limit.  Whatever is said to be more is not there.
 _MOST_PACKED = 1100
 
-# The largest number that Cycles' settings take.
-_LARGEST = 2**32
-
 # What facts look like: those of the picture, and those of each view layer.
 _FORMS = {
     "format": str(layers.FORMAT),
@@ -116,12 +113,10 @@ class LayerFile:
         _check_forms(path, known)
         samples = int(known["samples"])
         first, count = map(int, known.pop("subset").split())
-        if not (0 < samples < _LARGEST and 0 < count <= samples - first):
+        if not 0 < count <= samples - first:
             raise seal.refusal(
                 path, f"its header has samples {first + 1} to {first + count}, but the frame has {samples}"
             )
-        if not -_LARGEST < int(known["seed"]) < _LARGEST:
-            raise _contradiction(path, "seed", known["seed"])
         owners = {name.removeprefix(PLAN) for name in known if name.startswith(PLAN)}
         types = {owner: layers.aovs_of(known[AOVS + owner]) for owner in owners}
         for owner, found in types.items():
