@@ -12,7 +12,7 @@ import numpy as np
 from ..cycles import shared_sequence
 from .matching import match
 from .pattern_plan import evenly_spread
-from .sub_frame_plan import Shot
+from .sub_frame_plan import Shot, by_time
 
 
 @dataclass(frozen=True)
@@ -46,16 +46,9 @@ class CellPlan:
         """The shots of some samples (numbers) of every pixel: for each a list of `Shot`, in the order of time."""
         found = []
         for sample in samples:
-            moments, points = self.t[:, :, sample], self.offset[:, :, sample]
-            order = zip(*np.unravel_index(np.argsort(moments, axis=None), moments.shape), strict=True)
-            found.append(
-                [
-                    Shot(
-                        (int(row), int(column)), int(points[row, column]), 1, 2 * (float(moments[row, column]),), sample
-                    )
-                    for row, column in order
-                ]
-            )
+            times, points = self.t[:, :, sample], self.offset[:, :, sample]
+            cells = by_time(times)
+            found.append([Shot(cell, int(points[cell]), 1, 2 * (float(times[cell]),), sample) for cell in cells])
         return found
 
 
