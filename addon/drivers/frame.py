@@ -64,17 +64,18 @@ class Frame:
         settings = scene.spectral_tiles
         use = scene_use(depsgraph)
         sampling = Sampling.of_layer(scene, layer)
-        denoise = denoiser.wanted(scene, layer)
         return cls(
             number=scene.frame_current,
             region=Region.of_render(scene.render),
             use=use,
             sampling=sampling,
-            denoise=denoise,
+            denoise=denoiser.wanted(scene, layer),
             noise_reduction=reduces_noise(settings, sampling),
             pattern=settings.pattern,
             tile=pattern_tile(scene, use.dims),
-            filter=chosen_filter(settings),
+            filter=None
+            if settings.filter == "AS_CYCLES"
+            else Filter(settings.filter, settings.filter_width, settings.filter_b, settings.filter_c),
             sub_frames=moments(scene, layer),
             aovs=passes.aov_types(layer),
         )
@@ -100,10 +101,3 @@ def pattern_tile(scene, dims=patterns.PROFILES["full"]):
     settings = scene.spectral_tiles
     path = settings.pattern_path and bpy.path.abspath(settings.pattern_path, library=scene.library)
     return patterns.tile(settings.pattern, path, dims)
-
-
-def chosen_filter(settings):
-    """What samples are spread by, or None if Cycles' own filter is wanted."""
-    if settings.filter == "AS_CYCLES":
-        return None
-    return Filter(settings.filter, settings.filter_width, settings.filter_b, settings.filter_c)
