@@ -181,9 +181,8 @@ def replace(written, scene, views, region, plan_path):
         "box_filter": int(box),
     }
     for data in {view.camera.data for view in views.values()}:
-        for part in (data, data.stereo):
-            written.keep(part, *values(part))
-        _make_custom(data, scene.render, region, camera_film.of_camera(data, scene.render, region), parameters)
+        film = camera_film.of_camera(data, scene.render, region)
+        _make_custom(written, data, scene.render, region, film, parameters)
 
 
 def set_positions(views, path):
@@ -206,14 +205,11 @@ def enlarge(written, data, render, region, side):
     side : int
         How many times as large.
     """
-    written.keep(data, "type", "custom_mode", "custom_bytecode", "custom_bytecode_hash", "shift_x", "shift_y")
-    written.keep(data, "sensor_width")
-    written.keep(data.stereo, "use_spherical_stereo", "pivot", "convergence_mode", "convergence_distance")
-    data.shift_x = data.shift_y = 0.0
+    written.set(data, shift_x=0.0, shift_y=0.0)
     film = camera_film.of_camera(data, render, region)
     corner = tuple(at - 0.5 * (side - 1) * size for at, size in zip(film.corner, film.size, strict=True))
     film = film._replace(corner=corner, size=tuple(side * size for size in film.size))
-    _make_custom(data, render, region, film, {})
+    _make_custom(written, data, render, region, film, {})
 
 
 def _lens(data, film):
@@ -269,8 +265,10 @@ def _split_eyes(data):
     return parameters
 
 
-def _make_custom(data, render, region, film, parameters):
+def _make_custom(written, data, render, region, film, parameters):
     """Give the camera our shader, which knows the rest by its parameters, these and those of film and lens."""
+    for part in (data, data.stereo):
+        written.keep(part, *values(part))
     parameters = _lens(data, film) | {"frame_size": (*map(float, region.frame), 1.0)} | parameters
     if _is_stereo(render):
         parameters |= _split_eyes(data)
