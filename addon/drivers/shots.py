@@ -63,7 +63,9 @@ class Shots:
                         break
                     taken += group[0].count
                     if self.frame.filter is not None:
-                        sums = self._spread(sums, group, found)
+                        light = found.light
+                        sums = sums or Reconstruction(self.frame.filter, *light.shape)
+                        sums.add(light, self._positions(group))
                     picture = mean(picture, found, taken / group[0].count)
                     if self._progress.is_due():
                         self._show(picture)
@@ -75,13 +77,6 @@ class Shots:
         """Let the window show a picture, and how far all is."""
         shown = display.Picture(self.frame.region, picture.combined, self._progress.line)
         self.session.engine.shown = shown
-
-    def _spread(self, sums, group, picture):
-        """Add the light of a group, of a sample of each pixel, to the filter's sums."""
-        light = picture.light
-        sums = sums or Reconstruction(self.frame.filter, *light.shape)
-        sums.add(light, self._positions(group))
-        return sums
 
     def _positions(self, group):
         """Where in its pixel the sample of each pixel lies, as `reconstruction.positions`."""
