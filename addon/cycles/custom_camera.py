@@ -33,7 +33,7 @@ def _of_shading(depsgraph, camera):
         wanted[("ShaderNodeCameraData", "View Vector")] = "The View Vector"
         wanted[("ShaderNodeCameraData", "View Z Depth")] = "The View Z Depth"
     for data in depsgraph.ids:
-        if data.bl_rna.identifier in {"Material", "World"} or data.bl_rna.identifier.endswith("Light"):
+        if data.id_type in {"LIGHT", "MATERIAL", "WORLD"}:
             for socket in _used_outputs(data.node_tree):
                 what = wanted.get((socket.node.bl_idname, socket.name))
                 if what:

@@ -11,9 +11,6 @@ from . import shader_nodes
 # Instances that are looked through for lamps, some milliseconds' worth.
 _MOST_INSTANCES = 5000
 
-# Data that say something.
-_KINDS = (bpy.types.Light, bpy.types.Material, bpy.types.World)
-
 
 @dataclass(frozen=True)
 class SceneUse:
@@ -75,17 +72,17 @@ class Emitters(NamedTuple):
 
 def emitters(depsgraph):
     """Look through a scene that was evaluated, without touching its geometry; returns `Emitters`."""
-    datas = {kind: [] for kind in _KINDS}
-    kinds = {}
+    # There are many data, but few types, and asking Blender's types what they are takes a while.
+    by_type = {}
     for data in depsgraph.ids:
-        # There are many data, but few types, and asking Blender's types what they are takes a while.
-        if type(data) not in kinds:
-            kinds[type(data)] = next((kind for kind in _KINDS if isinstance(data, kind)), None)
-        if kind := kinds[type(data)]:
-            datas[kind].append(data)
-    lamps = _lamps(depsgraph, datas[bpy.types.Light])
+        by_type.setdefault(type(data), []).append(data)
+
+    def all_of(kind):
+        return [data for found, datas in by_type.items() if issubclass(found, kind) for data in datas]
+
+    lamps = _lamps(depsgraph, all_of(bpy.types.Light))
     glowing, groups = 0, {}
-    for data in datas[bpy.types.Material] + datas[bpy.types.World]:
+    for data in all_of(bpy.types.Material) + all_of(bpy.types.World):
         plain = data.node_tree is None and isinstance(data, bpy.types.World) and any(data.color)
         glowing += (plain or shader_nodes.emit(data.node_tree, groups)) and _is_sampled(data)
     only_a_point = len(lamps) == 1 and not glowing and _is_point(lamps[0])
