@@ -103,11 +103,9 @@ class LayerFile:
         if image.format_name() != "openexr":
             raise seal.refusal(path, "is no OpenEXR picture")
         _check_size(path, specs)
-        known = {
-            attribute.name.removeprefix(PREFIX): attribute.value
-            for attribute in specs[0].extra_attribs
-            if attribute.name.startswith(PREFIX)
-        }
+        # Of all parts, so that a name that is no text is found here.
+        names = [[attribute.name for attribute in spec.extra_attribs] for spec in specs]
+        known = {name.removeprefix(PREFIX): specs[0].getattribute(name) for name in names[0] if name.startswith(PREFIX)}
         if not known:
             raise seal.refusal(path, "was not rendered with Spectral Tiles")
         _check_forms(path, known)
