@@ -185,10 +185,10 @@ def replace(written, scene, views, region, plan_path):
         _make_custom(written, data, scene.render, region, film, parameters)
 
 
-def set_positions(views, path):
-    """Make the cameras that `replace` made take samples where an image (`plan_image.write_positions`) says."""
+def set_first_position(views, where):
+    """Make the cameras of `replace` take samples at positions that begin with a `reconstruction.first_position`."""
     for view in views.values():
-        view.camera.data.cycles_custom["positions"] = path
+        view.camera.data.cycles_custom["first_position"] = (*map(float, where), 0.0)
 
 
 def enlarge(written, data, render, region, side):

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A sample plan as images that `camera.osl` reads."""
+"""A sample plan as an image that `camera.osl` reads."""
 
 import numpy as np
 
@@ -26,26 +26,7 @@ def write(plan, path):
     if plan.lens_shift is not None:
         # A shift by 1 may come out as 65535 / 65535; modulo 1 that is the same as none.
         entries[:, 2:] = np.rint(65535.0 * plan.lens_shift)
-    _write(plan, path, entries)
-
-
-def write_positions(plan, path, positions):
-    """Write where in its film pixel each render pixel's sample lies; raises `Refused` as `write` does.
-
-    Parameters
-    ----------
-    plan : Plan
-    path : str
-    positions : uint16 array, shape (2, pixels)
-        Of `reconstruction.positions`, at each render pixel.
-    """
-    entries = np.zeros((plan.film.size, 3), np.uint16)
-    entries[:, :2] = positions.T
-    _write(plan, path, entries)
-
-
-def _write(plan, path, entries):
-    image = openimageio.load().ImageBuf(entries.reshape(-1, plan.width, entries.shape[1]))
+    image = openimageio.load().ImageBuf(entries.reshape(-1, plan.width, 4))
     image.specmod().attribute("compression", "none")
     if not image.write(path):
         raise Refused(f"Cannot write the sample plan to {path}: {image.geterror()}")

@@ -19,7 +19,7 @@ from ..blender.refusal import Refused
 from ..blender.region import bands
 from ..cycles import aperture, denoiser, dicing, osl_camera, passes, plan_image, sampling
 from ..farm import layers
-from ..picture.reconstruction import Reconstruction, positions
+from ..picture.reconstruction import Reconstruction, first_position, positions
 from ..plan import arranged_plan, pattern_plan
 from . import steps
 from .frame import pattern_tile
@@ -123,7 +123,7 @@ def render(session, frame):
         session.write(lambda written: osl_camera.replace(written, session.scene, views, frame.region, image))
         with dicing.user_camera(session, cameras):
             if frame.filter:
-                picture = _filtered(session, frame, plan, clean, views, folder)
+                picture = _filtered(session, frame, plan, clean, views)
             else:
                 engine.shown = InOrder(frame.region, plan)
                 picture = _in_order(session, plan, views)
@@ -164,24 +164,20 @@ def _in_order(session, plan, views):
     return picture.moved(plan.film)
 
 
-def _filtered(session, frame, plan, clean, views, folder):
+def _filtered(session, frame, plan, clean, views):
     """A call for each sample: light of each goes through the filter, data are those of the first."""
-    count, limit = frame.sampling.samples, frame.sampling.time_limit
-    start = time.monotonic()
+    limit, begun, seed = frame.sampling.time_limit, time.monotonic(), frame.sampling.frame_seed
     first, sums = None, None
-    for sample in range(count):
-        late = limit and time.monotonic() - start > limit
+    for sample in range(frame.sampling.samples):
+        late = limit and time.monotonic() - begun > limit
         if first and (late or session.engine.test_break()):
             break
-        where = positions(frame.region, sample, frame.sampling.frame_seed)
-        image = os.path.join(folder, f"positions_{sample}.tif")
-        plan_image.write_positions(plan, image, where.reshape(2, -1)[:, plan.film])
-        session.write(lambda _, image=image: osl_camera.set_positions(views, image))
+        where = first_position(sample, seed)
+        session.write(lambda _, where=where: osl_camera.set_first_position(views, where))
         session.set_sampling(use_sample_subset=True, sample_offset=sample, sample_subset_length=1)
         picture = _in_order(session, plan, views)
-        os.remove(image)
         light = steps.without_noise(session, picture, clean, sample, 1).light
         if first is None:
             first, sums = picture, Reconstruction(frame.filter, *light.shape)
-        sums.add(light, where)
+        sums.add(light, positions(frame.region, sample, seed))
     return first.with_light(sums.pixels())
