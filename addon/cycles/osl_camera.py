@@ -90,19 +90,19 @@ class View(NamedTuple):
     camera : bpy.types.Object
         Evaluated camera object.
     world_to_camera : float array, shape (4, 4)
-    settings : dict
-        Plain values of the camera's data, as the user set them.
+    is_panoramic : bool
+        As the user made it.
     """
 
     camera: bpy.types.Object
     world_to_camera: np.ndarray
-    settings: dict
+    is_panoramic: bool
 
     def depth(self, positions):
         """Cycles' Depth of world positions, shape (n, 3): along the axis, or the distance if panoramic."""
         rows = self.world_to_camera[:3]
         local = positions @ rows[:, :3].T + rows[:, 3]
-        return np.linalg.norm(local, axis=1) if self.settings["type"] == "PANO" else -local[:, 2]
+        return np.linalg.norm(local, axis=1) if self.is_panoramic else -local[:, 2]
 
 
 def views(engine, scene):
@@ -130,9 +130,10 @@ def views(engine, scene):
         engine.active_view_set(name)
         camera = engine.camera_override
         check(scene, camera)
-        spherical = camera.data.type == "PANO" and camera.data.stereo.use_spherical_stereo
+        is_panoramic = camera.data.type == "PANO"
+        spherical = is_panoramic and camera.data.stereo.use_spherical_stereo
         matrix = engine.camera_model_matrix(camera, use_spherical_stereo=spherical)
-        found[name] = View(camera, np.array(matrix.inverted_safe()), values(camera.data))
+        found[name] = View(camera, np.array(matrix.inverted_safe()), is_panoramic)
     return found
 
 

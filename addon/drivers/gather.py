@@ -115,19 +115,20 @@ def render(session, frame):
     if frame.filter or not frame.sampling.is_whole:
         passes.add_divisors(engine, session.layer)
     clean = steps.known_noise(frame, plan)
-    cameras = {view.camera: view.settings for view in views.values()}
-    with tempfile.TemporaryDirectory(prefix="spectral_tiles_", dir=bpy.app.tempdir) as folder:
+    with (
+        tempfile.TemporaryDirectory(prefix="spectral_tiles_", dir=bpy.app.tempdir) as folder,
+        dicing.user_camera(session, [view.camera for view in views.values()]),
+    ):
         image = os.path.join(folder, "plan.tif")
         plan_image.write(plan, image)
         session.set_sampling(**_sampling(frame, plan.seed))
         session.write(lambda written: osl_camera.replace(written, session.scene, views, frame.region, image))
-        with dicing.user_camera(session, cameras):
-            if frame.filter:
-                picture = _filtered(session, frame, plan, clean, views)
-            else:
-                engine.shown = InOrder(frame.region, plan)
-                picture = _in_order(session, plan, views)
-                picture = steps.without_noise(session, picture, clean, 0, frame.sampling.samples)
+        if frame.filter:
+            picture = _filtered(session, frame, plan, clean, views)
+        else:
+            engine.shown = InOrder(frame.region, plan)
+            picture = _in_order(session, plan, views)
+            picture = steps.without_noise(session, picture, clean, 0, frame.sampling.samples)
     return picture, layers.facts(frame, session.layer_name, plan)
 
 

@@ -4,7 +4,7 @@
 import numpy as np
 
 from ..blender import display, main_thread
-from ..blender.evaluated import render_settings, values
+from ..blender.evaluated import render_settings
 from ..blender.progress import Progress
 from ..blender.region import Rectangle
 from ..cycles import cell_camera, dicing, exposure, passes
@@ -54,7 +54,7 @@ class Shots:
         picture, sums, taken = None, None, 0
         try:
             with (
-                dicing.user_camera(session, {made: values(made.data) for made in cameras}),
+                dicing.user_camera(session, cameras),
                 main_thread.telling(self._progress.tell),
             ):
                 for group in self.plan.groups:
