@@ -73,14 +73,11 @@ def denoise(scene, layer, region, passes):
         The denoiser fails.
     """
     denoised = {}
-    views = dict.fromkeys(view for _, view in passes)
-    for name, view in itertools.product(NOISY, views):
-        pixels = passes.get((NOISY[name], view))
-        if pixels is None:
-            continue
-        clean = pixels.copy()
-        clean[:, :3] = _denoise(scene, layer, region, pixels[:, :3], passes[_NORMAL, view], passes[_ALBEDO, view])
-        denoised[name, view] = clean
+    for (name, noisy), view in itertools.product(NOISY.items(), dict.fromkeys(view for _, view in passes)):
+        if (noisy, view) in passes:
+            clean = passes[noisy, view].copy()
+            clean[:, :3] = _denoise(scene, layer, region, clean[:, :3], passes[_NORMAL, view], passes[_ALBEDO, view])
+            denoised[name, view] = clean
     return denoised
 
 

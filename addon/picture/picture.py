@@ -108,10 +108,10 @@ class Picture:
 
     def with_noisy(self):
         """The picture whose denoised passes hold what Cycles has under the names of the noisy ones."""
+        denoised = {noisy: name for name, noisy in NOISY.items()}
         return self.with_passes(
-            {(name, view): self.passes[noisy, view] for name, noisy in NOISY.items() for _, view in self.passes
-             if (noisy, view) in self.passes}
-        )  # fmt: skip
+            {(denoised[name], view): pixels for (name, view), pixels in self.passes.items() if name in denoised}
+        )
 
     def moved(self, film):
         """The picture whose pixel `film[p]` is pixel p of this one, which is empty afterwards, for memory's sake."""
