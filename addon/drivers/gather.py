@@ -80,23 +80,15 @@ def _check_culling(scene, layer):
         )
 
 
-def _check_camera(scene, layer):
-    osl_camera.check(scene, scene.camera)
-
-
-def _check_pattern(scene, layer):
-    pattern_tile(scene)
-
-
 # Each raises `Refused` if a scene's view layer cannot be rendered this way.  The panel asks them all beforehand.
 CHECKS = (
     _check_build,
     _check_device,
-    _check_camera,
+    lambda scene, layer: osl_camera.check(scene, scene.camera),
     _check_passes,
     _check_subset,
     _check_culling,
-    _check_pattern,
+    lambda scene, layer: pattern_tile(scene),
     denoiser.check,
 )
 
