@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Evaluated data that is written to for a render, and put back as it was."""
 
+import bpy
+
 
 def render_settings(engine):
     """The settings of an engine's render, its own copy; `engine.render` is a method, which hides them."""
@@ -48,7 +50,9 @@ class Overwritten:
         for name in names:
             if name not in previous:
                 value = getattr(owner, name)
-                previous[name] = value.copy() if hasattr(value, "copy") else value
+                # Blender's own arrays change with what is written, and have no copy.
+                is_array = isinstance(value, bpy.types.bpy_prop_array)
+                previous[name] = value.copy() if hasattr(value, "copy") else value[:] if is_array else value
 
     def put_back(self):
         """Make everything what it was."""

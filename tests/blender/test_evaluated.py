@@ -25,6 +25,17 @@ def test_a_camera_that_was_written_to(data):
     assert evaluated.values(data) == before
 
 
+def test_an_object_that_was_moved():
+    made = bpy.data.objects.new("turned", None)
+    made.rotation_mode, made.rotation_axis_angle, made.location = "AXIS_ANGLE", (0.5, 0.0, 1.0, 0.0), (1.0, 2.0, 3.0)
+    before, written = made.matrix_basis.copy(), evaluated.Overwritten()
+    written.keep(made, "location", "rotation_axis_angle")
+    made.location, made.rotation_axis_angle = (0.0, 0.0, 0.0), (1.0, 1.0, 0.0, 0.0)
+    written.put_back()
+    assert made.matrix_basis == before
+    bpy.data.objects.remove(made)
+
+
 def test_a_copy_of_a_camera(data):
     other = bpy.data.cameras.new("other")
     evaluated.put_back(other, {name: value for name, value in evaluated.values(data).items() if name != "name"})
