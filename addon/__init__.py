@@ -1,23 +1,14 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Blender's half of Spectral Tiles: a switch in Cycles that takes samples where they are needed."""
 
-import bpy
+# Blender's module makes Cycles' own known; `cycles` is a wing of ours, here.
+import bpy  # noqa: F401
+from cycles import engine as cycles_engine
 
-OLDEST_BLENDER = (5, 2, 0)
+from . import interface, persistence, settings, switch
+from .blender import main_thread
 
-if bpy.app.version < OLDEST_BLENDER:
-    raise RuntimeError(
-        f"Spectral Tiles needs Blender {'.'.join(map(str, OLDEST_BLENDER[:2]))} LTS or newer, "
-        f"this is {bpy.app.version_string}"
-    )
-
-# What follows uses what older versions do not have.  `cycles` is a wing of ours, here.
-from cycles import engine as cycles_engine  # noqa: E402
-
-from . import interface, persistence, settings, switch  # noqa: E402
-from .blender import main_thread  # noqa: E402
-
-_MODULES = (settings, main_thread, switch, persistence, interface)
+_MODULES = (settings, main_thread, switch, persistence, *interface.REGISTERED)
 
 # Copies of the extension that are enabled, the first of which is at work; kept where every copy finds it.
 _COPIES = "spectral_tiles_copies"

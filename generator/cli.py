@@ -113,7 +113,7 @@ def _parser(program):
 def _add_whole(parser, name, least, most, text, default=None):
     """Add an option that takes a whole number within bounds, which its help tells."""
     text += f", {least} to {most}" + (" (default %(default)s)" if default is not None else "")
-    parser.add_argument(name, type=_whole(least, most), default=default, metavar="N", help=text)
+    parser.add_argument(name, type=whole(least, most), default=default, metavar="N", help=text)
 
 
 def _add_test_options(parser):
@@ -129,7 +129,7 @@ def _add_test_options(parser):
     parser.add_argument("--layers", type=_numbers(int, 2), help="first and last one to look at, from 0, as in 0,3")
 
 
-def _whole(least, most):
+def whole(least, most):
     """Return a parser of whole numbers within bounds."""
 
     def parse(text):

@@ -16,8 +16,6 @@ from gpu_extras.batch import batch_for_shader
 from gpu_extras.presets import draw_texture_2d
 from mathutils import Matrix
 
-from .region import bands
-
 # Larger pictures are shown as Cycles has them: moving their pixels again and again would take its time.
 _MOST_PIXELS = 2**24
 
@@ -26,13 +24,7 @@ _LETTER = 14
 
 
 class InOrder:
-    """Cycles' picture so far, every pixel where it belongs.
-
-    Parameters
-    ----------
-    region : Region
-    plan : Plan
-    """
+    """Cycles' picture so far of a region, every pixel where it belongs by a plan."""
 
     def __init__(self, region, plan):
         self._region = region
@@ -47,14 +39,17 @@ class InOrder:
         left, bottom = self._region.corner
         right, top = left + size[0], bottom + size[1]
         if self._servants is None:
-            self._servants = _servants(self._plan, size)
+            self._servants = _servants(self._plan)
         servants = _texture(self._servants, size, "RG32F")
         editor = gpu.state.active_framebuffer_get()
         raw = gpu.types.GPUOffScreen(*size, format="RGBA16F")  # leaves another one active
         with raw.bind(), gpu.matrix.push_pop(), gpu.matrix.push_pop_projection():
             gpu.state.active_framebuffer_get().clear(color=(0.0, 0.0, 0.0, 0.0))
             gpu.matrix.load_identity()
-            gpu.matrix.load_projection_matrix(_projection(left, right, bottom, top))
+            # From pixels of the region to -1 ... 1.
+            scale = Matrix.Diagonal((2.0 / size[0], 2.0 / size[1], 1.0, 1.0))
+            to_corner = Matrix.Translation((-left, -bottom, 0.0))
+            gpu.matrix.load_projection_matrix(Matrix.Translation((-1.0, -1.0, 0.0)) @ scale @ to_corner)
             draw_cycles()
         shader = _shader()
         shader.bind()
@@ -103,28 +98,12 @@ def _texture(pixels, size, kind):
     return gpu.types.GPUTexture(size, format=kind, data=gpu.types.Buffer("FLOAT", pixels.size, pixels.ravel()))
 
 
-def _servants(plan, size):
+def _servants(plan):
     """Column and row of the render pixel that serves each film pixel: (pixels, 2)."""
-    width, height = size
-    servants = np.empty((plan.film.size, 2), np.float32)
-    for band in bands(height):
-        served = plan.film[band.start * width : band.stop * width].reshape(-1, width)
-        servants[served, 0] = np.arange(width)
-        servants[served, 1] = np.arange(band.start, band.stop)[:, None]
-    return servants
-
-
-def _projection(left, right, bottom, top):
-    """Matrix that shows this rectangle."""
-    width, height = right - left, top - bottom
-    return Matrix(
-        (
-            (2.0 / width, 0.0, 0.0, -(right + left) / width),
-            (0.0, 2.0 / height, 0.0, -(top + bottom) / height),
-            (0.0, 0.0, 1.0, 0.0),
-            (0.0, 0.0, 0.0, 1.0),
-        )
-    )
+    servants = np.empty_like(plan.film)
+    servants[plan.film] = np.arange(plan.film.size)
+    row, column = np.divmod(servants, np.int32(plan.width))
+    return np.stack([column, row], axis=1).astype(np.float32)
 
 
 @functools.cache

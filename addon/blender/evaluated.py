@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Evaluated data that is written to for a render, and put back as it was."""
 
+import bpy
+
 
 def render_settings(engine):
     """The settings of an engine's render, its own copy; `engine.render` is a method, which hides them."""
@@ -19,9 +21,12 @@ def values(owner):
 
 
 def put_back(owner, before):
-    """Undo what was written to a part of the evaluated scene since `values`."""
-    for name, value in values(owner).items():
-        if value != before[name]:
+    """Undo what was written to a part of the evaluated scene since `values`.
+
+    From the last to the first, since a camera's angle follows from its lens and sensor, which come after it.
+    """
+    for name in reversed(before):
+        if getattr(owner, name) != before[name]:
             setattr(owner, name, before[name])
 
 
@@ -33,28 +38,23 @@ class Overwritten:
 
     def __init__(self):
         self._previous = {}
-        self._parts = []
 
     def set(self, owner, **values):
+        self.keep(owner, *values)
         for name, value in values.items():
-            self.keep(owner, name)
             setattr(owner, name, value)
 
     def keep(self, owner, *names):
         """Remember values that will be written."""
+        _, previous = self._previous.setdefault((owner.as_pointer(), owner.bl_rna.identifier), (owner, {}))
         for name in names:
-            key = owner.as_pointer(), owner.bl_rna.identifier, name
-            if key not in self._previous:
+            if name not in previous:
                 value = getattr(owner, name)
-                self._previous[key] = owner, name, value.copy() if hasattr(value, "copy") else value
-
-    def keep_all(self, owner):
-        """Remember all plain values of a part of the scene."""
-        self._parts.append((owner, values(owner)))
+                # Blender's own arrays change with what is written, and have no copy.
+                is_array = isinstance(value, bpy.types.bpy_prop_array)
+                previous[name] = value.copy() if hasattr(value, "copy") else value[:] if is_array else value
 
     def put_back(self):
         """Make everything what it was."""
-        while self._parts:
-            put_back(*self._parts.pop())
         while self._previous:
-            setattr(*self._previous.popitem()[1])
+            put_back(*self._previous.popitem()[1])

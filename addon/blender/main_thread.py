@@ -6,6 +6,7 @@ them from a render's thread break it sooner or later, and Blender hangs.  So the
 events, and the render's thread waits for that.
 """
 
+import concurrent.futures
 import contextlib
 import queue
 import threading
@@ -28,23 +29,6 @@ _tellers = []
 _telling = threading.Lock()
 
 
-class _Call:
-    def __init__(self, function):
-        self._function = function
-        self._is_taken = threading.Lock()
-        self.is_done = threading.Event()
-        self.error = None
-
-    def run(self):
-        """Call the function, unless that happens in another thread."""
-        if self._is_taken.acquire(blocking=False):
-            try:
-                self._function()
-            except Exception as error:
-                self.error = error
-            self.is_done.set()
-
-
 def run(function, engine):
     """Call a function in the main thread, and wait until it is done.
 
@@ -63,13 +47,13 @@ def run(function, engine):
     if threading.current_thread() is threading.main_thread():
         function()
         return
-    call = _Call(function)
-    _calls.put(call)
-    while not call.is_done.wait(_PAUSE):
-        if not _is_served or engine.test_break():
-            call.run()
-    if call.error:
-        raise call.error
+    made = concurrent.futures.Future()
+    _calls.put((function, made))
+    while not concurrent.futures.wait([made], _PAUSE).done:
+        if (not _is_served or engine.test_break()) and made.cancel():
+            function()
+            return
+    made.result()
 
 
 @contextlib.contextmanager
@@ -97,8 +81,17 @@ def _serve():
     end = time.monotonic() + _TURN
     with contextlib.suppress(queue.Empty):
         while (left := end - time.monotonic()) > 0.0:
-            _calls.get(timeout=left).run()
+            _answer(*_calls.get(timeout=left))
     return 0.0
+
+
+def _answer(function, made):
+    """Call a function for its caller, unless that has done so itself."""
+    if made.set_running_or_notify_cancel():
+        try:
+            made.set_result(function())
+        except Exception as error:
+            made.set_exception(error)
 
 
 def register():

@@ -6,8 +6,10 @@ import os
 import sys
 
 import bpy
+import numpy as np
 
 from .refusal import Refused
+from .region import bands
 
 
 def load():
@@ -29,3 +31,47 @@ def load():
         return importlib.import_module("OpenImageIO")
     except ImportError as error:
         raise Refused("This build of Blender has no OpenImageIO module, which Spectral Tiles needs") from error
+
+
+def opened(path):
+    """Open a picture.
+
+    Returns
+    -------
+    image : OpenImageIO.ImageInput
+    specs : list of OpenImageIO.ImageSpec
+        Of its parts, at least one.
+
+    Raises
+    ------
+    ValueError
+        It cannot be read.
+    """
+    oiio = load()
+    image = oiio.ImageInput.open(path)
+    if image is None:
+        raise ValueError(oiio.geterror())
+    specs = []
+    while image.seek_subimage(len(specs), 0):
+        specs.append(image.spec())
+    image.geterror()  # that there are no more parts
+    return image, specs
+
+
+def rows(image, specs, band):
+    """Some rows of all parts of an `opened` picture, float32 (rows, width, channels); raises ValueError as that."""
+    parts = []
+    for index, spec in enumerate(specs):
+        start, stop = spec.y + band.start, spec.y + band.stop
+        pixels = image.read_scanlines(index, 0, start, stop, 0, 0, spec.nchannels, "float")
+        if pixels is None:
+            raise ValueError(image.geterror())
+        parts.append(pixels.reshape(stop - start, spec.width, -1))
+    return np.concatenate(parts, axis=2)
+
+
+def check(path):
+    """Raise ValueError unless a picture whose parts are of one size can be read to its end."""
+    image, specs = opened(path)
+    for band in bands(specs[0].height):
+        rows(image, specs, band)

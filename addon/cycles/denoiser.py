@@ -73,14 +73,11 @@ def denoise(scene, layer, region, passes):
         The denoiser fails.
     """
     denoised = {}
-    views = dict.fromkeys(view for _, view in passes)
-    for name, view in itertools.product(NOISY, views):
-        pixels = passes.get((NOISY[name], view))
-        if pixels is None:
-            continue
-        clean = pixels.copy()
-        clean[:, :3] = _denoise(scene, layer, region, pixels[:, :3], passes[_NORMAL, view], passes[_ALBEDO, view])
-        denoised[name, view] = clean
+    for (name, noisy), view in itertools.product(NOISY.items(), dict.fromkeys(view for _, view in passes)):
+        if (noisy, view) in passes:
+            clean = passes[noisy, view].copy()
+            clean[:, :3] = _denoise(scene, layer, region, clean[:, :3], passes[_NORMAL, view], passes[_ALBEDO, view])
+            denoised[name, view] = clean
     return denoised
 
 
@@ -106,14 +103,11 @@ def _denoise(scene, layer, region, color, normal, albedo):
 
 
 def _write(path, region, pixels):
-    oiio = openimageio.load()
-    width, height = region.size
-    spec = oiio.ImageSpec(width, height, len(_CHANNELS), "float")
+    # Rows stay bottom up, as Cycles' own denoising sees them: the denoiser is not quite symmetric.
+    image = openimageio.load().ImageBuf(pixels.reshape(*region.size[::-1], len(_CHANNELS)))
+    spec = image.specmod()
     spec.channelnames = _CHANNELS
     spec.attribute("compression", "none")
     spec.attribute("cycles.Image.samples", "1")
-    # Rows stay bottom up, as Cycles' own denoising sees them: the denoiser is not quite symmetric.
-    output = oiio.ImageOutput.create(path)
-    written = output.open(path, spec) and output.write_image(pixels.reshape(height, width, -1)) and output.close()
-    if not written:
-        raise Refused(f"Cannot denoise: {path} cannot be written: {output.geterror()}")
+    if not image.write(path):
+        raise Refused(f"Cannot denoise: {path} cannot be written: {image.geterror()}")

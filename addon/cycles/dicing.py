@@ -5,12 +5,12 @@ import contextlib
 
 import bpy
 
-from ..blender.evaluated import put_back
+from ..blender.evaluated import put_back, values
 
 
 @contextlib.contextmanager
 def user_camera(session, cameras):
-    """Make Cycles dice adaptive subdivision by a camera as the user made it, for the time of a `with` block.
+    """Make Cycles dice adaptive subdivision by a camera as it is now, for the time of a `with` block.
 
     A custom camera does not tell it the size of a pixel (`Camera::world_to_raster_size` of Cycles), that of a
     sub-frame tells another one.
@@ -18,8 +18,8 @@ def user_camera(session, cameras):
     Parameters
     ----------
     session : Session
-    cameras : dict of bpy.types.Object to dict
-        The evaluated cameras that are written to, and the plain values of their data as the user set them.
+    cameras : iterable of bpy.types.Object
+        The evaluated cameras that will be written to.
     """
     scene = session.scene
     chosen = scene.cycles.dicing_camera
@@ -28,8 +28,8 @@ def user_camera(session, cameras):
         yield
         return
     with bpy.data.temp_data() as made:
-        data = made.cameras.new(cameras[replaced[0]]["name"])
-        put_back(data, cameras[replaced[0]])
+        data = made.cameras.new(replaced[0].data.name)
+        put_back(data, values(replaced[0].data))
         camera = made.objects.new("Dicing", data)
         camera.matrix_world = (chosen or replaced[0]).matrix_world
         scene.cycles.dicing_camera = camera

@@ -90,19 +90,19 @@ class View(NamedTuple):
     camera : bpy.types.Object
         Evaluated camera object.
     world_to_camera : float array, shape (4, 4)
-    settings : dict
-        Plain values of the camera's data, as the user set them.
+    is_panoramic : bool
+        As the user made it.
     """
 
     camera: bpy.types.Object
     world_to_camera: np.ndarray
-    settings: dict
+    is_panoramic: bool
 
     def depth(self, positions):
         """Cycles' Depth of world positions, shape (n, 3): along the axis, or the distance if panoramic."""
         rows = self.world_to_camera[:3]
         local = positions @ rows[:, :3].T + rows[:, 3]
-        return np.linalg.norm(local, axis=1) if self.settings["type"] == "PANO" else -local[:, 2]
+        return np.linalg.norm(local, axis=1) if self.is_panoramic else -local[:, 2]
 
 
 def views(engine, scene):
@@ -130,9 +130,10 @@ def views(engine, scene):
         engine.active_view_set(name)
         camera = engine.camera_override
         check(scene, camera)
-        spherical = camera.data.type == "PANO" and camera.data.stereo.use_spherical_stereo
+        is_panoramic = camera.data.type == "PANO"
+        spherical = is_panoramic and camera.data.stereo.use_spherical_stereo
         matrix = engine.camera_model_matrix(camera, use_spherical_stereo=spherical)
-        found[name] = View(camera, np.array(matrix.inverted_safe()), values(camera.data))
+        found[name] = View(camera, np.array(matrix.inverted_safe()), is_panoramic)
     return found
 
 
@@ -181,15 +182,14 @@ def replace(written, scene, views, region, plan_path):
         "box_filter": int(box),
     }
     for data in {view.camera.data for view in views.values()}:
-        written.keep_all(data)
-        written.keep_all(data.stereo)
-        _make_custom(data, scene.render, region, camera_film.of_camera(data, scene.render, region), parameters)
+        film = camera_film.of_camera(data, scene.render, region)
+        _make_custom(written, data, scene.render, region, film, parameters)
 
 
-def set_positions(views, path):
-    """Make the cameras that `replace` made take samples where an image (`plan_image.write_positions`) says."""
+def set_first_position(views, where):
+    """Make the cameras of `replace` take samples at positions that begin with a `reconstruction.first_position`."""
     for view in views.values():
-        view.camera.data.cycles_custom["positions"] = path
+        view.camera.data.cycles_custom["first_position"] = (*map(float, where), 0.0)
 
 
 def enlarge(written, data, render, region, side):
@@ -206,14 +206,11 @@ def enlarge(written, data, render, region, side):
     side : int
         How many times as large.
     """
-    written.keep(data, "type", "custom_mode", "custom_bytecode", "custom_bytecode_hash", "shift_x", "shift_y")
-    written.keep(data, "sensor_width")
-    written.keep(data.stereo, "use_spherical_stereo", "pivot", "convergence_mode", "convergence_distance")
-    data.shift_x = data.shift_y = 0.0
+    written.set(data, shift_x=0.0, shift_y=0.0)
     film = camera_film.of_camera(data, render, region)
     corner = tuple(at - 0.5 * (side - 1) * size for at, size in zip(film.corner, film.size, strict=True))
     film = film._replace(corner=corner, size=tuple(side * size for size in film.size))
-    _make_custom(data, render, region, film, {})
+    _make_custom(written, data, render, region, film, {})
 
 
 def _lens(data, film):
@@ -269,8 +266,10 @@ def _split_eyes(data):
     return parameters
 
 
-def _make_custom(data, render, region, film, parameters):
+def _make_custom(written, data, render, region, film, parameters):
     """Give the camera our shader, which knows the rest by its parameters, these and those of film and lens."""
+    for part in (data, data.stereo):
+        written.keep(part, *values(part))
     parameters = _lens(data, film) | {"frame_size": (*map(float, region.frame), 1.0)} | parameters
     if _is_stereo(render):
         parameters |= _split_eyes(data)

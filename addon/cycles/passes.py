@@ -83,17 +83,7 @@ def kind(name, aov=None):
 
 
 def kinds(layer, names):
-    """Kinds of the passes of a view layer.
-
-    Parameters
-    ----------
-    layer : bpy.types.ViewLayer
-    names : iterable of str
-
-    Returns
-    -------
-    dict of str to Kind
-    """
+    """The `Kind` of each of some passes of a view layer, by name."""
     types = aov_types(layer)
     return {name: kind(name, types.get(name)) for name in names}
 

@@ -1,18 +1,57 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """What a frame uses: which of Cycles' random numbers have something to decide in it."""
 
+from dataclasses import dataclass
 from typing import NamedTuple
 
 import bpy
 
 from . import shader_nodes
-from .scene_use import SceneUse
 
 # Instances that are looked through for lamps, some milliseconds' worth.
 _MOST_INSTANCES = 5000
 
-# Data that say something.
-_KINDS = (bpy.types.Light, bpy.types.Material, bpy.types.World)
+
+@dataclass(frozen=True)
+class SceneUse:
+    """Sources of noise in a frame.
+
+    Attributes
+    ----------
+    motion_blur, lens : bool
+        Whether rays differ in time, in where they pass the lens.
+    lights : int
+        Emitters that Cycles chooses between (`emitters`).
+    bounces : bool
+        Whether light that was scattered more than once is rendered.
+    glow : bool
+        Whether any emitter is not a lamp, so that scattered rays find much of the light.
+    blades : int
+        Of the lens; 0 if it is round, or a pinhole.
+    """
+
+    motion_blur: bool
+    lens: bool
+    lights: int
+    bounces: bool
+    glow: bool
+    blades: int = 0
+
+    @property
+    def dims(self):
+        """Tile dimensions that have something to decide, in the tile format's order."""
+        dims = []
+        if self.motion_blur:
+            dims.append("t")
+        if self.lens:
+            dims += ["lens.u", "lens.v"]
+        if self.lights:
+            dims += ["light.u", "light.v"]
+        if self.lights > 1:
+            dims.append("light.pick")
+        if self.bounces:
+            dims += ["bsdf.u", "bsdf.v"]
+        return tuple(dims)
 
 
 class Emitters(NamedTuple):
@@ -33,17 +72,17 @@ class Emitters(NamedTuple):
 
 def emitters(depsgraph):
     """Look through a scene that was evaluated, without touching its geometry; returns `Emitters`."""
-    datas = {kind: [] for kind in _KINDS}
-    kinds = {}
+    # There are many data, but few types, and asking Blender's types what they are takes a while.
+    by_type = {}
     for data in depsgraph.ids:
-        # There are many data, but few types, and asking Blender's types what they are takes a while.
-        if type(data) not in kinds:
-            kinds[type(data)] = next((kind for kind in _KINDS if isinstance(data, kind)), None)
-        if kind := kinds[type(data)]:
-            datas[kind].append(data)
-    lamps = _lamps(depsgraph, datas[bpy.types.Light])
+        by_type.setdefault(type(data), []).append(data)
+
+    def all_of(kind):
+        return [data for found, datas in by_type.items() if issubclass(found, kind) for data in datas]
+
+    lamps = _lamps(depsgraph, all_of(bpy.types.Light))
     glowing, groups = 0, {}
-    for data in datas[bpy.types.Material] + datas[bpy.types.World]:
+    for data in all_of(bpy.types.Material) + all_of(bpy.types.World):
         plain = data.node_tree is None and isinstance(data, bpy.types.World) and any(data.color)
         glowing += (plain or shader_nodes.emit(data.node_tree, groups)) and _is_sampled(data)
     only_a_point = len(lamps) == 1 and not glowing and _is_point(lamps[0])
@@ -51,7 +90,7 @@ def emitters(depsgraph):
 
 
 def scene_use(depsgraph, found=None):
-    """Look a frame over, without touching its geometry.
+    """The `SceneUse` of a frame, found without touching its geometry.
 
     Parameters
     ----------
@@ -59,10 +98,6 @@ def scene_use(depsgraph, found=None):
         Evaluated for the frame.
     found : Emitters, optional
         What `emitters` found; it is asked by default.
-
-    Returns
-    -------
-    SceneUse
     """
     scene, layer = depsgraph.scene, depsgraph.view_layer
     camera = scene.camera

@@ -22,10 +22,6 @@ def emit(tree, groups):
     tree : bpy.types.NodeTree or None
     groups : dict
         What is known of node groups; this adds to it.
-
-    Returns
-    -------
-    bool
     """
     return tree is not None and any(_emits(node, groups) for node in tree.nodes if not node.mute)
 

@@ -36,12 +36,7 @@ class Standstill:
                 self._cameras.append((made.original, values(made.data)))
 
     def hold(self, written):
-        """Make them, in the evaluated scene of another moment, what they were.
-
-        Parameters
-        ----------
-        written : Overwritten
-        """
+        """Make them, in the evaluated scene of another moment, what they were, by an `Overwritten`."""
         for original, vertices in self._shaped:
             mesh = original.evaluated_get(self._depsgraph).data
             now = _vertices(mesh)

@@ -2,12 +2,12 @@
 """How Cycles is called: the methods, each a way from the description of a frame to a picture."""
 
 from ..blender.refusal import Refused
+from ..cycles import custom_camera
 from ..cycles import session as cycles_session
 from ..farm import layers
-from . import checks, choice, frame, gather, in_place, rounds, steps, sub_frames
+from . import choice, frame, gather, in_place, rounds, steps, sub_frames
 
 __all__ = [
-    "checks",
     "choice",
     "frame",
     "gather",
@@ -41,16 +41,14 @@ def render(engine, depsgraph, render_by_cycles):
     """
     described = frame.Frame.of_depsgraph(depsgraph)
     scene, layer = depsgraph.scene_eval, depsgraph.view_layer_eval
-    chosen = choice.of_layer(
-        scene, layer, described.sampling, described.use, lambda: gather.scene_messages(depsgraph, scene.camera)
-    )
+    chosen = choice.of_layer(scene, layer, described.use, lambda: custom_camera.messages(depsgraph))
     if chosen.refusals:
         raise Refused(chosen.refusals[0])
     method = _METHODS.get(chosen.method)
     if method is None:
-        name = layer.name
+        # Blender may free the evaluated layer.
+        facts = layers.facts(described, layer.name)
         render_by_cycles(engine, depsgraph)
-        facts = layers.facts(described, name)
     else:
         with cycles_session.Session(engine, depsgraph) as session:
             picture, facts = method.render(session, described)

@@ -3,7 +3,10 @@
 
 from dataclasses import dataclass
 
-from . import checks, gather, rounds, sub_frames
+from ..blender.refusal import Refused
+from ..cycles import denoiser
+from ..cycles.sampling import Sampling
+from . import gather, rounds, sub_frames
 from .frame import reduces_noise
 
 
@@ -26,32 +29,29 @@ class Choice:
     differences: tuple[str, ...] = ()
 
 
-def of_layer(scene, layer, sampling, use, scene_messages=lambda: ()):
-    """Choose for a view layer.
+def of_layer(scene, layer, use, scene_messages):
+    """The `Choice` for a view layer.
 
     Parameters
     ----------
     scene : bpy.types.Scene
     layer : bpy.types.ViewLayer
-    sampling : Sampling
-        In force in the view layer.
     use : SceneUse
         What its noise comes from.
     scene_messages : callable
-        Why what is seen cannot be rendered by Gather (`gather.scene_messages`); asked only where that matters.
-
-    Returns
-    -------
-    Choice
+        Why what is seen cannot be rendered by Gather (`custom_camera.messages`); asked only where that matters.
     """
-    settings = scene.spectral_tiles
+    settings, sampling = scene.spectral_tiles, Sampling.of_layer(scene, layer)
     if settings.method == "SUB_FRAMES":
-        return _checked("SUB_FRAMES", sub_frames.CHECKS, scene, layer, _sub_frame_differences(sampling, use))
+        refusals = _refusals(sub_frames.CHECKS, scene, layer)
+        return Choice("SUB_FRAMES", refusals, tuple(_sub_frame_differences(sampling, use)))
     if settings.method == "GATHER" or settings.pattern != "AUTO" or settings.filter != "AS_CYCLES":
         if settings.method == "IN_PLACE":
             return Choice("CYCLES", (_NOT_IN_PLACE,))
-        return _checked("GATHER", gather.CHECKS, scene, layer, _gather_differences(settings, sampling), scene_messages)
-    if not sampling.count or checks.messages((checks.denoiser,), scene, layer):
+        # What is seen is asked of a camera that is one, so only after the others.
+        refusals = _refusals(gather.CHECKS, scene, layer) or tuple(scene_messages())
+        return Choice("GATHER", refusals, tuple(_gather_differences(settings, sampling)))
+    if not sampling.count or _refusals((denoiser.check,), scene, layer):
         return Choice("CYCLES")
     if not sampling.is_whole and sampling.is_even:
         return Choice("IN_PLACE")
@@ -68,10 +68,15 @@ _NOT_IN_PLACE = (
 )
 
 
-def _checked(method, tests, scene, layer, differences, scene_messages=lambda: ()):
-    refusals = checks.messages(tests, scene, layer)
-    # What is seen is asked of a camera that is one, so only after the others.
-    return Choice(method, tuple(refusals or scene_messages()), tuple(differences))
+def _refusals(checks, scene, layer):
+    """What checks, each of which may raise `Refused`, say against a view layer."""
+    found = []
+    for check in checks:
+        try:
+            check(scene, layer)
+        except Refused as refused:
+            found.append(str(refused))
+    return tuple(found)
 
 
 def _gather_differences(settings, sampling):

@@ -8,8 +8,7 @@ import bpy
 from ..blender.region import Region
 from ..cycles import denoiser, passes
 from ..cycles.sampling import Sampling
-from ..cycles.scene_analysis import scene_use
-from ..cycles.scene_use import SceneUse
+from ..cycles.scene_analysis import SceneUse, scene_use
 from ..picture.control_variates import MOST_SAMPLES
 from ..picture.reconstruction import Filter
 from ..plan import patterns
@@ -65,30 +64,25 @@ class Frame:
         settings = scene.spectral_tiles
         use = scene_use(depsgraph)
         sampling = Sampling.of_layer(scene, layer)
-        denoise = denoiser.wanted(scene, layer)
         return cls(
             number=scene.frame_current,
             region=Region.of_render(scene.render),
             use=use,
             sampling=sampling,
-            denoise=denoise,
+            denoise=denoiser.wanted(scene, layer),
             noise_reduction=reduces_noise(settings, sampling),
             pattern=settings.pattern,
             tile=pattern_tile(scene, use.dims),
-            filter=chosen_filter(settings),
+            filter=None
+            if settings.filter == "AS_CYCLES"
+            else Filter(settings.filter, settings.filter_width, settings.filter_b, settings.filter_c),
             sub_frames=moments(scene, layer),
             aovs=passes.aov_types(layer),
         )
 
 
 def reduces_noise(settings, sampling):
-    """Whether noise that the random numbers explain is to be subtracted.
-
-    Parameters
-    ----------
-    settings : SpectralTilesSettings
-    sampling : Sampling
-    """
+    """Whether noise that the random numbers explain is to be subtracted, by our settings and Cycles' sampling."""
     # Whoever chose a pattern wants to see what it does.
     is_wanted = settings.noise_reduction and settings.pattern == "AUTO" and sampling.is_even and sampling.is_whole
     at_a_time = 1 if settings.filter != "AS_CYCLES" else sampling.samples
@@ -107,10 +101,3 @@ def pattern_tile(scene, dims=patterns.PROFILES["full"]):
     settings = scene.spectral_tiles
     path = settings.pattern_path and bpy.path.abspath(settings.pattern_path, library=scene.library)
     return patterns.tile(settings.pattern, path, dims)
-
-
-def chosen_filter(settings):
-    """What samples are spread by, or None if Cycles' own filter is wanted."""
-    if settings.filter == "AS_CYCLES":
-        return None
-    return Filter(settings.filter, settings.filter_width, settings.filter_b, settings.filter_c)

@@ -11,18 +11,37 @@ import tempfile
 import time
 
 import bpy
+from cycles import engine as cycles
 
+from ..blender import openimageio
 from ..blender.display import InOrder
 from ..blender.refusal import Refused
 from ..blender.region import bands
-from ..cycles import aperture, clipping, dicing, osl_camera, passes, plan_image, sampling, shading
+from ..cycles import aperture, denoiser, dicing, osl_camera, passes, plan_image, sampling
 from ..farm import layers
-from ..picture.reconstruction import Reconstruction, positions
+from ..picture.reconstruction import Reconstruction, first_position, positions
 from ..plan import arranged_plan, pattern_plan
-from . import checks, steps
+from . import steps
+from .frame import pattern_tile
 
 # Cycles' Depth where nothing was hit (kernel/film, pass accessor).
 _NO_DEPTH = 1e10
+
+
+def _check_build(scene, layer):
+    if not cycles.with_osl():
+        raise Refused("This build of Blender has no Open Shading Language, which the method Gather needs")
+    openimageio.load()
+
+
+def _check_device(scene, layer):
+    preferences = bpy.context.preferences.addons["cycles"].preferences
+    kind = preferences.get_compute_device_type()
+    if scene.cycles.device == "GPU" and kind not in {"NONE", "OPTIX"} and preferences.has_active_device():
+        raise Refused(
+            f"Cycles has no Open Shading Language on {kind} devices, which the method Gather needs; "
+            "set Device to CPU or use OptiX, or set Method to In Place"
+        )
 
 
 def _check_passes(scene, layer):
@@ -61,26 +80,17 @@ def _check_culling(scene, layer):
         )
 
 
-def _check_camera(scene, layer):
-    osl_camera.check(scene, scene.camera)
-
-
 # Each raises `Refused` if a scene's view layer cannot be rendered this way.  The panel asks them all beforehand.
 CHECKS = (
-    checks.osl_build,
-    checks.osl_device,
-    _check_camera,
+    _check_build,
+    _check_device,
+    lambda scene, layer: osl_camera.check(scene, scene.camera),
     _check_passes,
     _check_subset,
     _check_culling,
-    checks.pattern,
-    checks.denoiser,
+    lambda scene, layer: pattern_tile(scene),
+    denoiser.check,
 )
-
-
-def scene_messages(depsgraph, camera):
-    """Why what a camera sees cannot be rendered this way, one message or none; it must have passed `CHECKS`."""
-    return shading.messages(depsgraph, camera) or clipping.messages(depsgraph, camera)
 
 
 def render(session, frame):
@@ -97,20 +107,21 @@ def render(session, frame):
     if frame.filter or not frame.sampling.is_whole:
         passes.add_divisors(engine, session.layer)
     clean = steps.known_noise(frame, plan)
-    cameras = {view.camera: view.settings for view in views.values()}
-    with tempfile.TemporaryDirectory(prefix="spectral_tiles_", dir=bpy.app.tempdir) as folder:
+    with (
+        tempfile.TemporaryDirectory(prefix="spectral_tiles_", dir=bpy.app.tempdir) as folder,
+        dicing.user_camera(session, [view.camera for view in views.values()]),
+    ):
         image = os.path.join(folder, "plan.tif")
         plan_image.write(plan, image)
         session.set_sampling(**_sampling(frame, plan.seed))
         session.write(lambda written: osl_camera.replace(written, session.scene, views, frame.region, image))
-        with dicing.user_camera(session, cameras):
-            if frame.filter:
-                picture = _filtered(session, frame, plan, clean, views, folder)
-            else:
-                engine.shown = InOrder(frame.region, plan)
-                picture = _in_order(session, plan, views)
-                picture = steps.without_noise(session, picture, clean, 0, frame.sampling.samples)
-    return picture, layers.facts(frame, session.layer_name, plan, frame.tile)
+        if frame.filter:
+            picture = _filtered(session, frame, plan, clean, views)
+        else:
+            engine.shown = InOrder(frame.region, plan)
+            picture = _in_order(session, plan, views)
+            picture = steps.without_noise(session, picture, clean, 0, frame.sampling.samples)
+    return picture, layers.facts(frame, session.layer_name, plan)
 
 
 def _planned(engine, frame):
@@ -146,24 +157,20 @@ def _in_order(session, plan, views):
     return picture.moved(plan.film)
 
 
-def _filtered(session, frame, plan, clean, views, folder):
+def _filtered(session, frame, plan, clean, views):
     """A call for each sample: light of each goes through the filter, data are those of the first."""
-    count, limit = frame.sampling.samples, frame.sampling.time_limit
-    start = time.monotonic()
+    limit, begun, seed = frame.sampling.time_limit, time.monotonic(), frame.sampling.frame_seed
     first, sums = None, None
-    for sample in range(count):
-        late = limit and time.monotonic() - start > limit
+    for sample in range(frame.sampling.samples):
+        late = limit and time.monotonic() - begun > limit
         if first and (late or session.engine.test_break()):
             break
-        where = positions(frame.region, sample, frame.sampling.frame_seed)
-        image = os.path.join(folder, f"positions_{sample}.tif")
-        plan_image.write_positions(plan, image, where.reshape(2, -1)[:, plan.film])
-        session.write(lambda _, image=image: osl_camera.set_positions(views, image))
+        where = first_position(sample, seed)
+        session.write(lambda _, where=where: osl_camera.set_first_position(views, where))
         session.set_sampling(use_sample_subset=True, sample_offset=sample, sample_subset_length=1)
         picture = _in_order(session, plan, views)
-        os.remove(image)
         light = steps.without_noise(session, picture, clean, sample, 1).light
         if first is None:
             first, sums = picture, Reconstruction(frame.filter, *light.shape)
-        sums.add(light, where)
+        sums.add(light, positions(frame.region, sample, seed))
     return first.with_light(sums.pixels())

@@ -21,7 +21,7 @@ _MOST = 2**20
 
 
 def check_count(scene, layer):
-    """Raise `Refused` if a scene's pattern would take too many calls."""
+    """Raise `Refused` if a scene's pattern cannot be used, or would take too many calls."""
     tile = pattern_tile(scene)
     count = 0 if tile is None else tile.size**2 * Sampling.of_layer(scene, layer).samples
     if count > _MOST:
@@ -36,42 +36,29 @@ def render(session, frame):
     tile, use, sampled = aperture.fitted(frame.tile, frame.use.blades), frame.use, frame.sampling
     dims = tuple(name for name in use.dims if name in tile.dims)
     plan = cell_plan.following(tile, dims, sampled.samples, sampled.frame_seed % 2**31)
-    groups = plan.groups(range(sampled.first, sampled.first + sampled.count))
-    shots = SubFramePlan(plan.side, plan.count, groups)
-    picture = _Cells(session, frame, shots, plan).picture()
-    return picture, layers.facts(frame, session.layer_name, plan, frame.tile)
-
-
-class _Cells(Shots):
-    """Shots by the plan of a tile: all their random numbers are the same in all pixels."""
-
-    def __init__(self, session, frame, shots, plan):
-        super().__init__(session, frame, shots)
-        self._plan = plan
-        cycles = session.scene.cycles
-        kind = "BOX" if frame.filter else cycles.pixel_filter_type
-        self._offsets = exposure.filter_offsets(plan.film, kind, cycles.filter_width)
-        # As in Cycles, the first sample is in the middle.
-        if not frame.filter:
-            self._offsets[:, :, 0] = 0.0
-        # How far Cycles' own filter moves each point of the sequence, in pixels of a cell's picture.  Further views
-        # draw from another sequence: their pixels are blurred by that, with a standard deviation below .05 pixels.
-        points = shared_sequence.values(("film.x", "film.y"), plan.count, plan.seed)
-        self._drift = exposure.filter_offsets(points, "GAUSSIAN", PINNED)
-        self._drift[0] = 0.0
-
-    def sampling(self, shot):
-        return sampling.exactly(self._plan.count, self._plan.seed) | {
-            "sampling_pattern": "TABULATED_SOBOL",
-            "scrambling_distance": 0.0,
-            "auto_scrambling_distance": False,
-        }
-
-    def place(self, shot):
-        return self._plan.film[shot.index]
-
-    def offset(self, shot):
-        return self._offsets[shot.index] - self.plan.side * self._drift[shot.first]
-
-    def lens(self, shot):
-        return self._plan.lens[shot.index]
+    settings = sampling.exactly(plan.count, plan.seed) | {
+        "sampling_pattern": "TABULATED_SOBOL",
+        "scrambling_distance": 0.0,
+        "auto_scrambling_distance": False,
+    }
+    cycles = session.scene.cycles
+    kind = "BOX" if frame.filter else cycles.pixel_filter_type
+    offsets = exposure.filter_offsets(plan.film, kind, cycles.filter_width)
+    # As in Cycles, the first sample is in the middle.
+    if not frame.filter:
+        offsets[:, :, 0] = 0.0
+    # How far Cycles' own filter moves each point of the sequence, in pixels of a cell's picture.  Further views draw
+    # from another sequence: their pixels are blurred by that, with a standard deviation below .05 pixels.
+    points = shared_sequence.values(("film.x", "film.y"), plan.count, plan.seed)
+    drift = exposure.filter_offsets(points, "GAUSSIAN", PINNED)
+    drift[0] = 0.0
+    shots = Shots(
+        session,
+        frame,
+        SubFramePlan(plan.side, plan.count, plan.groups(range(sampled.first, sampled.first + sampled.count))),
+        settings,
+        lambda shot: plan.film[shot.index],
+        lambda shot: offsets[shot.index] - plan.side * drift[shot.first],
+        lambda shot: plan.lens[shot.index],
+    )
+    return shots.picture(), layers.facts(frame, session.layer_name, plan)

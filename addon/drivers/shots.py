@@ -4,7 +4,7 @@
 import numpy as np
 
 from ..blender import display, main_thread
-from ..blender.evaluated import render_settings, values
+from ..blender.evaluated import render_settings
 from ..blender.progress import Progress
 from ..blender.region import Rectangle
 from ..cycles import cell_camera, dicing, exposure, passes
@@ -18,41 +18,34 @@ PINNED = 0.01
 
 
 class Shots:
-    """Renders the shots of a frame; what they are like is said by a subclass.
+    """Renders the shots of a frame.
 
     Parameters
     ----------
     session : Session
     frame : Frame
     plan : SubFramePlan
+    sampling : dict
+        Settings of `scene.cycles`.
+    place : callable, optional
+        Shot -> where in its pixel it is taken: two numbers in [0, 1).  By default Cycles' filter says it.
+    offset : callable, optional
+        The same, from the centre, in pixels; by default what `place` says.
+    lens : callable, optional
+        Shot -> lens numbers.  By default the lens is left open.
     """
 
-    def __init__(self, session, frame, plan):
+    def __init__(self, session, frame, plan, sampling, place=None, offset=None, lens=None):
         self.session, self.frame, self.plan = session, frame, plan
+        self._sampling, self._place, self._offset, self._lens = sampling, place, offset, lens
         self._standing = Standstill(session.depsgraph)
         count, then = sum(map(len, plan.groups)), "denoising" if frame.denoise else ""
         self._progress = Progress(session.engine, count, then)
         self._opening = None
 
-    def sampling(self, shot):
-        """Settings of `scene.cycles` for a shot."""
-        raise NotImplementedError
-
-    def place(self, shot):
-        """Where in its pixel a shot is taken: two numbers in [0, 1); None leaves it to Cycles' filter."""
-        return None
-
-    def offset(self, shot):
-        """The same, from the centre, in pixels; asked if `place` tells it."""
-        return self.place(shot) - 0.5
-
-    def lens(self, shot):
-        """The lens numbers of a shot; None leaves the lens open."""
-        return None
-
     @property
     def _is_aimed(self):
-        return self.plan.side > 1 or self.place(self.plan.groups[0][0]) is not None
+        return self.plan.side > 1 or self._place is not None
 
     def picture(self):
         """The mean of all shots, as far as the user did not cancel."""
@@ -61,7 +54,7 @@ class Shots:
         picture, sums, taken = None, None, 0
         try:
             with (
-                dicing.user_camera(session, {made: values(made.data) for made in cameras}),
+                dicing.user_camera(session, cameras),
                 main_thread.telling(self._progress.tell),
             ):
                 for group in self.plan.groups:
@@ -70,7 +63,9 @@ class Shots:
                         break
                     taken += group[0].count
                     if self.frame.filter is not None:
-                        sums = self._spread(sums, group, found)
+                        light = found.light
+                        sums = sums or Reconstruction(self.frame.filter, *light.shape)
+                        sums.add(light, self._positions(group))
                     picture = mean(picture, found, taken / group[0].count)
                     if self._progress.is_due():
                         self._show(picture)
@@ -83,19 +78,12 @@ class Shots:
         shown = display.Picture(self.frame.region, picture.combined, self._progress.line)
         self.session.engine.shown = shown
 
-    def _spread(self, sums, group, picture):
-        """Add the light of a group, of a sample of each pixel, to the filter's sums."""
-        light = picture.light
-        sums = sums or Reconstruction(self.frame.filter, *light.shape)
-        sums.add(light, self._positions(group))
-        return sums
-
     def _positions(self, group):
         """Where in its pixel the sample of each pixel lies, as `reconstruction.positions`."""
         side, (width, height), (left, bottom) = self.plan.side, self.frame.region.size, self.frame.region.corner
         numbers = np.zeros((2, side, side), np.uint16)
         for shot in group:
-            numbers[:, *shot.cell] = 65536.0 * self.place(shot)
+            numbers[:, *shot.cell] = 65536.0 * self._place(shot)
         rows, columns = np.arange(height) + bottom, np.arange(width) + left
         return numbers[:, rows[:, None] % side, columns % side]
 
@@ -144,21 +132,22 @@ class Shots:
         written.set(scene.render, use_motion_blur=False)
         written.set(
             scene.cycles,
-            **self.sampling(shot),
+            **self._sampling,
             use_sample_subset=True,
             sample_offset=shot.first,
             sample_subset_length=shot.count,
         )
         if not self._is_aimed:
             return
-        if self.place(shot) is None:
+        if self._place is None:
             offset = np.zeros(2)
             written.set(scene.cycles, filter_width=max(PINNED, scene.cycles.filter_width / side))
         else:
-            offset = self.offset(shot)
+            offset = self._offset(shot) if self._offset else self._place(shot) - 0.5
             written.set(scene.cycles, pixel_filter_type="GAUSSIAN", filter_width=PINNED)
         middle = np.add(region.corner, 0.5) + first + offset
+        lens_numbers = self._lens(shot) if self._lens else None
         for made in cell_camera.cameras(self.session.engine, scene):
-            cell_camera.aim(written, made, scene.render, region, side, middle, self.lens(shot))
+            cell_camera.aim(written, made, scene.render, region, side, middle, lens_numbers)
         size = (-(-length // side) for length in region.size)
         written.set(render_settings(self.session.engine), **region.border(Rectangle(0, 0, *size)))

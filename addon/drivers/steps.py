@@ -5,6 +5,7 @@ from ..blender import failure
 from ..blender.refusal import Refused
 from ..cycles import denoiser, passes
 from ..picture import control_variates
+from ..picture.nonnegative import nonnegative
 from ..picture.picture import Picture
 
 
@@ -49,7 +50,9 @@ def finish(session, frame, picture):
         return
     engine.update_stats("", "Denoising")
     try:
-        noisy = picture.with_nonnegative_light_of(key for key in picture.passes if key[0] in passes.NOISY.values())
+        noisy = picture.with_light_of(
+            {key: nonnegative(picture.light_of(key)[:3]) for key in picture.passes if key[0] in passes.NOISY.values()}
+        )
         clean = denoiser.denoise(session.original_scene, session.original_layer, frame.region, noisy.passes)
     except Refused as refused:
         failure.report(engine, str(refused))

@@ -7,11 +7,11 @@ is sampled when.  A pattern chosen by hand is followed to the letter instead, ce
 """
 
 from ..blender.refusal import Refused
-from ..cycles import cell_camera, passes, sampling, shared_sequence
+from ..cycles import cell_camera, denoiser, passes, sampling, shared_sequence
 from ..cycles.sampling import Sampling
 from ..farm import layers
 from ..plan import sub_frame_plan
-from . import checks, pattern_cells, steps
+from . import pattern_cells, steps
 from .frame import moments
 from .shots import Shots
 
@@ -50,7 +50,7 @@ def _check_culling(scene, layer):
 
 
 # Each raises `Refused` if a scene's view layer cannot be rendered this way.  The panel asks them all beforehand.
-CHECKS = (_check_camera, _check_passes, _check_culling, checks.pattern, pattern_cells.check_count, checks.denoiser)
+CHECKS = (_check_camera, _check_passes, _check_culling, pattern_cells.check_count, denoiser.check)
 
 
 def render(session, frame):
@@ -60,6 +60,7 @@ def render(session, frame):
     if frame.tile is not None:
         return pattern_cells.render(session, frame)
     sampled = frame.sampling
+    seed = sampled.frame_seed % 2**31
     plan = sub_frame_plan.make(
         sampled.samples,
         frame.sub_frames,
@@ -67,24 +68,13 @@ def render(session, frame):
         sampled.frame_seed,
         one_by_one=frame.filter is not None,
     )
-    return _SubFrames(session, frame, plan).picture(), layers.facts(frame, session.layer_name)
+    place = None
+    # Cycles cannot make a box as narrow as a pixel of the film is in a cell's picture.
+    if frame.filter is not None or (plan.side > 1 and session.scene.cycles.pixel_filter_type == "BOX"):
+        places = shared_sequence.values(("film.x", "film.y"), shared_sequence.length(plan.length), seed)
 
+        def place(shot):
+            return places[shot.first]
 
-class _SubFrames(Shots):
-    """Shots by Cycles' own lens and filter, unless that is ours."""
-
-    def __init__(self, session, frame, plan):
-        super().__init__(session, frame, plan)
-        self._seed = frame.sampling.frame_seed % 2**31
-        # Cycles cannot make a box as narrow as a pixel of the film is in a cell's picture.
-        is_wide = plan.side > 1 and session.scene.cycles.pixel_filter_type == "BOX"
-        self._places = None
-        if frame.filter is not None or is_wide:
-            length = shared_sequence.length(plan.length)
-            self._places = shared_sequence.values(("film.x", "film.y"), length, self._seed)
-
-    def sampling(self, shot):
-        return sampling.exactly(self.plan.length, self._seed)
-
-    def place(self, shot):
-        return None if self._places is None else self._places[shot.first]
+    shots = Shots(session, frame, plan, sampling.exactly(plan.length, seed), place)
+    return shots.picture(), layers.facts(frame, session.layer_name)

@@ -7,8 +7,6 @@ import re
 from dataclasses import dataclass, field
 from typing import NamedTuple
 
-import numpy as np
-
 from ..blender import openimageio
 from ..blender.refusal import Refused
 from ..cycles import passes
@@ -19,9 +17,6 @@ from .layers import AOVS, PLAN, PREFIX
 
 # Compression makes nothing smaller than by this: Deflate's limit.  Whatever is said to be more is not there.
 _MOST_PACKED = 1100
-
-# The largest number that Cycles' settings take.
-_LARGEST = 2**32
 
 # What facts look like: those of the picture, and those of each view layer.
 _FORMS = {
@@ -38,7 +33,7 @@ _OF_LAYERS = {PLAN: "[0-9a-f]{8}|none", AOVS: ".+"}
 
 
 class Channel(NamedTuple):
-    """A channel of a picture: its view, view layer, pass, and component such as R.
+    """A channel of a picture: its view, view layer, pass, component such as R, and what its values are.
 
     The view layer is empty where nobody knows it.
     """
@@ -47,9 +42,10 @@ class Channel(NamedTuple):
     layer: str
     render_pass: str
     component: str
+    kind: Kind
 
     def __str__(self):
-        return ".".join(part for part in self[1:] if part)
+        return ".".join(part for part in (self.layer, self.render_pass, self.component) if part)
 
 
 @dataclass(frozen=True)
@@ -67,8 +63,6 @@ class LayerFile:
         Of its parts, which hold a pass each, or all passes.
     channels : list of Channel
         Of all parts.
-    kinds : list of Kind
-        Of all channels.
     divisors : dict of int to int
         By the numbers of channels whose light Cycles has divided, those of the colours by which.
     image : OpenImageIO.ImageInput
@@ -81,7 +75,6 @@ class LayerFile:
     samples: int
     specs: list
     channels: list
-    kinds: list
     divisors: dict
     image: object = field(repr=False)
 
@@ -101,43 +94,43 @@ class LayerFile:
             return cls._read(path)
         except UnicodeDecodeError:
             raise seal.refusal(path, "is damaged: there is no text in its header where text should be") from None
+        except ValueError as error:
+            raise seal.refusal(path, f"is damaged or truncated: {error}") from None
 
     @classmethod
     def _read(cls, path):
-        image, specs, known = _opened(path)
-        size = _checked_size(path, specs)
+        image, specs = openimageio.opened(path)
+        if image.format_name() != "openexr":
+            raise seal.refusal(path, "is no OpenEXR picture")
+        _check_size(path, specs)
+        # Of all parts, so that a name that is no text is found here.
+        names = [[attribute.name for attribute in spec.extra_attribs] for spec in specs]
+        known = {name.removeprefix(PREFIX): specs[0].getattribute(name) for name in names[0] if name.startswith(PREFIX)}
         if not known:
             raise seal.refusal(path, "was not rendered with Spectral Tiles")
         _check_forms(path, known)
         samples = int(known["samples"])
         first, count = map(int, known.pop("subset").split())
-        if not (0 < samples < _LARGEST and 0 < count <= samples - first):
+        if not 0 < count <= samples - first:
             raise seal.refusal(
                 path, f"its header has samples {first + 1} to {first + count}, but the frame has {samples}"
             )
-        if not -_LARGEST < int(known["seed"]) < _LARGEST:
-            raise _contradiction(path, "seed", known["seed"])
         owners = {name.removeprefix(PLAN) for name in known if name.startswith(PLAN)}
         types = {owner: layers.aovs_of(known[AOVS + owner]) for owner in owners}
         for owner, found in types.items():
             if found is None:
                 raise _contradiction(path, AOVS + owner, known[AOVS + owner])
-        channels = _channels(specs, owners)
+        channels = _channels(specs, types)
         if len(set(channels)) < len(channels):
             raise seal.refusal(path, "cannot be merged: two of its channels have the same name")
-        kinds = [passes.kind(c.render_pass, types.get(c.layer, {}).get(c.render_pass)) for c in channels]
-        for channel, kind in zip(channels, kinds, strict=True):
-            if (
-                channel.render_pass in passes.NOISY.values()
-                and kind is Kind.COLOUR
-                and channel.render_pass not in (types.get(channel.layer, {}))
-            ):
+        for channel in channels:
+            if channel.render_pass in passes.NOISY.values() and channel.render_pass not in types.get(channel.layer, {}):
                 raise seal.refusal(path, "was denoised; denoise after merging")
-        divisors = _divisors(path, channels, kinds, types)
-        known["size"] = "{} x {}".format(*size)
+        divisors = _divisors(path, channels, types)
+        known["size"] = "{0.width} x {0.height}".format(specs[0])
         known["window"] = "{0.x} {0.y} in {0.full_width} x {0.full_height}".format(specs[0])
         known["passes"] = ", ".join(f"{channel.view}:{channel}" for channel in channels)
-        return cls(path, known, first, count, samples, specs, channels, kinds, divisors, image)
+        return cls(path, known, first, count, samples, specs, channels, divisors, image)
 
     @property
     def size(self):
@@ -146,42 +139,14 @@ class LayerFile:
 
     def rows(self, band):
         """Some rows of all channels, float32 (rows, width, channels); raises `Refused` if they are damaged."""
-        return rows(self.path, self.image, self.specs, band)
+        try:
+            return openimageio.rows(self.image, self.specs, band)
+        except ValueError as error:
+            raise seal.refusal(self.path, f"is damaged or truncated: {error}") from None
 
 
-def rows(path, image, specs, band):
-    """Some rows of all parts of an open picture, as `LayerFile.rows`."""
-    parts = []
-    for index, spec in enumerate(specs):
-        start, stop = spec.y + band.start, spec.y + band.stop
-        pixels = image.read_scanlines(index, 0, start, stop, 0, 0, spec.nchannels, "float")
-        if pixels is None:
-            raise seal.refusal(path, f"is damaged or truncated: {messages.one_line(image.geterror(), 80)}")
-        parts.append(pixels.reshape(stop - start, spec.width, -1))
-    return np.concatenate(parts, axis=2)
-
-
-def _opened(path):
-    """A picture, what it says of its parts, and its facts."""
-    oiio = openimageio.load()
-    image = oiio.ImageInput.open(path)
-    if image is None:
-        raise seal.refusal(path, f"is damaged or truncated: {messages.one_line(oiio.geterror(), 80)}")
-    if image.format_name() != "openexr":
-        raise seal.refusal(path, "is no OpenEXR picture")
-    specs, known = [], {}
-    while image.seek_subimage(len(specs), 0):
-        specs.append(image.spec())
-    for number, spec in enumerate(specs):
-        for attribute in spec.extra_attribs:
-            if attribute.name.startswith(PREFIX) and number == 0:
-                known[attribute.name.removeprefix(PREFIX)] = attribute.value
-    image.geterror()  # that there are no more parts
-    return image, specs, known
-
-
-def _checked_size(path, specs):
-    """Width and height of all parts; raises `Refused` if they are not alike, or cannot be in the file."""
+def _check_size(path, specs):
+    """Raise `Refused` unless all parts are of one size, which the file can hold."""
     sizes = {(spec.width, spec.height, spec.x, spec.y) for spec in specs}
     spec = specs[0]
     frame = spec.full_width, spec.full_height
@@ -193,7 +158,6 @@ def _checked_size(path, specs):
         raise seal.refusal(
             path, f"is damaged: its header has {spec.width} x {spec.height} pixels, more than it can hold"
         )
-    return spec.width, spec.height
 
 
 def _check_forms(path, known):
@@ -216,26 +180,27 @@ def _contradiction(path, name, value):
     return seal.refusal(path, f"is damaged or no layer: its header has {has} for {messages.one_line(name, 40)}")
 
 
-def _channels(specs, owners):
-    """All parts' channels, in order."""
+def _channels(specs, types):
+    """All parts' channels, in order; `types` are those of AOVs, by view layer and name."""
     channels = []
     for spec in specs:
         view = spec.get_string_attribute("view")
         for name in spec.channelnames:
-            owner = max((owner for owner in owners if name.startswith(f"{owner}.")), key=len, default="")
+            owner = max((owner for owner in types if name.startswith(f"{owner}.")), key=len, default="")
             render_pass, _, component = (name.removeprefix(f"{owner}.") if owner else name).rpartition(".")
-            channels.append(Channel(view, owner, render_pass, component))
+            kind = passes.kind(render_pass, types.get(owner, {}).get(render_pass))
+            channels.append(Channel(view, owner, render_pass, component, kind))
     return channels
 
 
-def _divisors(path, channels, kinds, types):
+def _divisors(path, channels, types):
     """The `LayerFile.divisors`; raises `Refused` if there are none where there should be."""
     places = {channel: number for number, channel in enumerate(channels)}
     divisors = {}
-    for number, (channel, kind) in enumerate(zip(channels, kinds, strict=True)):
-        if kind is not Kind.DIVIDED or not channel.layer:
+    for number, channel in enumerate(channels):
+        if channel.kind is not Kind.DIVIDED or not channel.layer:
             continue
-        colour = channel._replace(render_pass=passes.divisor(channel.render_pass))
+        colour = channel._replace(render_pass=passes.divisor(channel.render_pass), kind=Kind.COLOUR)
         if colour.render_pass in types[channel.layer]:
             raise seal.refusal(path, f"cannot be merged: call the AOV {colour.render_pass} otherwise")
         if colour not in places:

@@ -48,7 +48,7 @@ def file_of(path, layer, layers):
     return f"{os.path.splitext(path)[0]}_layer{layer}of{layers}.exr"
 
 
-def facts(frame, layer_name, plan=None, tile=None):
+def facts(frame, layer_name, plan=None):
     """What `merge` must know of a render, to be written into its picture.
 
     Parameters
@@ -58,8 +58,6 @@ def facts(frame, layer_name, plan=None, tile=None):
         The view layer.
     plan : Plan or CellPlan, optional
         None where Cycles renders as if nobody had asked.
-    tile : generator.Tile, optional
-        That the plan follows.
 
     Returns
     -------
@@ -73,7 +71,7 @@ def facts(frame, layer_name, plan=None, tile=None):
         "samples": str(frame.sampling.samples),
         "seed": str(frame.sampling.frame_seed),
         "subset": f"{frame.sampling.first} {frame.sampling.count}",
-        "pattern": f"{frame.pattern} {_digest(tile.values.tobytes())}" if tile else frame.pattern,
+        "pattern": f"{frame.pattern} {_digest(frame.tile.values.tobytes())}" if frame.tile else frame.pattern,
         "sub_frames": str(frame.sub_frames),
         f"{PLAN}{layer_name}": _digest(plan.film) if plan else "none",
         f"{AOVS}{layer_name}": json.dumps(frame.aovs, sort_keys=True),

@@ -12,7 +12,7 @@ from ..blender.region import bands
 from ..cycles.passes import Kind
 from ..plan.patterns import atomic_file, messages
 from . import seal
-from .layer_file import LayerFile, check_alike, check_complete, rows
+from .layer_file import LayerFile, check_alike, check_complete
 from .layers import PREFIX
 
 # Facts of the layers' own renders, which say nothing about the merged picture.
@@ -20,9 +20,6 @@ _OF_ONE_RENDER = re.compile(r"Date|RenderTime|cycles\..*time|openexr:chunkCount|
 
 # Components of a pass of Cryptomatte: two identifiers, each with its coverage.
 _RANKS = ("r", "g", "b", "a")
-
-# OpenEXR's compressions that keep every bit.
-_LOSSLESS = {"", "none", "rle", "zip", "zips", "piz"}
 
 
 def merge(files, path):
@@ -79,10 +76,10 @@ def _mean(pictures, weights, layer):
         seen = total[..., colour] != 0.0
         total[..., column] = np.divide(total[..., column], total[..., colour], out=np.zeros(seen.shape), where=seen)
     cryptomattes = {}
-    for column, (channel, kind) in enumerate(zip(layer.channels, layer.kinds, strict=True)):
-        if kind is Kind.FIRST_SAMPLE:
+    for column, channel in enumerate(layer.channels):
+        if channel.kind is Kind.FIRST_SAMPLE:
             total[..., column] = pictures[0][..., column]
-        elif kind is Kind.CRYPTOMATTE and channel.component.lower() in _RANKS:
+        elif channel.kind is Kind.CRYPTOMATTE and channel.component.lower() in _RANKS:
             place = channel.render_pass[-2:], _RANKS.index(channel.component.lower()), column
             cryptomattes.setdefault((channel.view, channel.layer, channel.render_pass[:-2]), []).append(place)
     for columns in cryptomattes.values():
@@ -130,7 +127,7 @@ def _write(path, layer, pixels):
         specs.append(kept)
     specs[0].attribute(PREFIX + "subset", f"0 {layer.samples}")
     specs[0].attribute(seal.NAME, seal.OPEN)
-    with atomic_file.written_whole(path, lambda written: _check_written(written, specs, pixels)) as temporary:
+    with atomic_file.written_whole(path, lambda written: openimageio.check(str(written))) as temporary:
         output = oiio.ImageOutput.create(str(temporary))
         written = bool(output) and output.open(str(temporary), tuple(specs))
         column = 0
@@ -143,27 +140,3 @@ def _write(path, layer, pixels):
         if not (written and output.close()):
             raise OSError(messages.one_line(output.geterror() if output else oiio.geterror(), 80))
         seal.seal(temporary)
-
-
-def _check_written(path, specs, pixels):
-    """Raise ValueError or OSError unless a picture can be read to its end, and holds these pixels."""
-    oiio = openimageio.load()
-    image = oiio.ImageInput.open(str(path))
-    if image is None:
-        raise ValueError(messages.one_line(oiio.geterror(), 80))
-    found = []
-    while image.seek_subimage(len(found), 0):
-        found.append(image.spec())
-    image.geterror()
-    if [(spec.width, spec.height, spec.nchannels) for spec in found] != [
-        (spec.width, spec.height, spec.nchannels) for spec in specs
-    ]:
-        raise ValueError("its parts are others")
-    is_exact = all(spec.format == "float" and spec.get_string_attribute("compression") in _LOSSLESS for spec in found)
-    for band in bands(len(pixels)):
-        try:
-            read = rows(str(path), image, found, band)
-        except Refused as error:
-            raise ValueError(str(error).partition(": ")[2]) from error
-        if is_exact and not np.array_equal(read, pixels[band], equal_nan=True):
-            raise ValueError("its pixels are others")

@@ -1,17 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """What a person touches: panel, presets, operators, the command line."""
 
-from . import (
-    command_line,
-    comparison,
-    forecast,
-    panel,
-    pattern_icons,
-    pattern_making,
-    picture_files,
-    presets,
-    slot_comparison,
-)
+from . import command_line, forecast, panel, pattern_icons, pattern_making, presets, slot_comparison
 
 __all__ = [
     "arguments",
@@ -27,14 +17,5 @@ __all__ = [
     "slot_comparison",
 ]
 
-_MODULES = (forecast, pattern_icons, presets, pattern_making, slot_comparison, panel, command_line)
-
-
-def register():
-    for module in _MODULES:
-        module.register()
-
-
-def unregister():
-    for module in reversed(_MODULES):
-        module.unregister()
+#: Those that Blender is to know, in order.
+REGISTERED = (forecast, pattern_icons, presets, pattern_making, slot_comparison, panel, command_line)

@@ -7,7 +7,7 @@ import re
 
 import bpy
 
-from ..plan.patterns import atomic_file, messages
+from ..plan.patterns import atomic_file, generator_cli, messages
 from . import picture_files
 
 WRONG_USE = 2
@@ -41,7 +41,11 @@ def parser(program, commands):
 
     summary = argparse.ArgumentParser(add_help=False)
     summary.add_argument(
-        "--json", type=_summary, metavar="FILE", help="write a summary there when done; - is standard output"
+        "--json",
+        # Better known before hours of rendering.
+        type=_checked(lambda path: path == "-" or atomic_file.check_writable(path)),
+        metavar="FILE",
+        help="write a summary there when done; - is standard output",
     )
     rendered = argparse.ArgumentParser(add_help=False, parents=[summary])
     rendered.add_argument("scene_file", metavar="FILE.blend", type=_existing, help="the scene; it is not changed")
@@ -61,7 +65,7 @@ def parser(program, commands):
     )
     render.add_argument(
         "--output",
-        type=_output,
+        type=_checked(picture_files.check_output),
         metavar="PATH",
         help=f"where to, #### is the frame's number; its ending sets the format ({picture_files.ENDINGS}), without one "
         "the scene's stays; by default the scene's path",
@@ -117,47 +121,29 @@ def _existing(path):
     return path
 
 
-def _summary(path):
-    """A path that can be written to, which is better known before hours of rendering."""
-    if path != "-":
+def _checked(check):
+    """Return a parser of texts of which `check` raises neither OSError nor ValueError."""
+
+    def parse(text):
         try:
-            atomic_file.check_writable(path)
+            check(text)
         except (OSError, ValueError) as error:
             raise argparse.ArgumentTypeError(str(error)) from None
-    return path
+        return text
 
-
-def _output(path):
-    try:
-        picture_files.check_output(path)
-    except ValueError as error:
-        raise argparse.ArgumentTypeError(str(error)) from None
-    return path
+    return parse
 
 
 def _whole(owner, name):
     """Return a parser of whole numbers that a property takes."""
     limits = owner.bl_rna.properties[name]
-    least, most = limits.hard_min, limits.hard_max
-
-    def parse(text):
-        # Longer ones are no numbers that a property takes, and slow to read.
-        number = int(text) if re.fullmatch(r"[+-]?\d{1,12}", text.strip()) else None
-        if number is None or not least <= number <= most:
-            raise argparse.ArgumentTypeError(f"expected a whole number, {least} to {most}, got {_short(text)}")
-        return number
-
-    return parse
-
-
-def _short(text):
-    return repr(text if len(text) <= 40 else f"{text[:40]}…")
+    return generator_cli.whole(limits.hard_min, limits.hard_max)
 
 
 def _layer(text):
     match = re.fullmatch(r"(\d{1,9})/(\d{1,9})", text)
     if match is None:
-        raise argparse.ArgumentTypeError(f"expected I/K such as 2/4, got {_short(text)}")
+        raise argparse.ArgumentTypeError(f"expected I/K such as 2/4, got {messages.quoted(text)}")
     layer, count = map(int, match.groups())
     if not 1 <= layer <= count:
         raise argparse.ArgumentTypeError(f"expected layer 1 to {count}, got {layer}")
@@ -172,9 +158,9 @@ def _frame_numbers(text):
     for item in text.split(","):
         match = re.fullmatch(r"\s*(-?\d+)(?:-(-?\d+))?\s*", item)
         if match is None:
-            raise argparse.ArgumentTypeError(f"expected frames such as 1,4-8, got {_short(text)}")
+            raise argparse.ArgumentTypeError(f"expected frames such as 1,4-8, got {messages.quoted(text)}")
         first, last = match.groups()
         frames += range(frame(first), frame(last or first) + 1)
     if not frames:
-        raise argparse.ArgumentTypeError(f"no frames in {_short(text)}")
+        raise argparse.ArgumentTypeError(f"no frames in {messages.quoted(text)}")
     return frames

@@ -125,7 +125,9 @@ def _render(options):
             progress.begin(f"frame {frame}", sampling.count)
             start = time.perf_counter()
             scene.frame_set(frame)
-            path = _picture_path(scene, frame, len(frames) == 1, options)
+            path = picture_files.path_of(scene, frame, options.output, len(frames) == 1)
+            if options.layer:
+                path = layers.file_of(path, *options.layer)
             files = picture_files.render(scene, path)
             rendered.append({"frame": frame, "files": files, "seconds": round(time.perf_counter() - start, 3)})
     return {
@@ -209,11 +211,6 @@ def _take_layer(scene, layer, count):
     scene.render.use_compositing = scene.render.use_sequencer = False
     image = scene.render.image_settings
     image.media_type, image.file_format, image.color_depth = "MULTI_LAYER_IMAGE", "OPEN_EXR_MULTILAYER", "32"
-
-
-def _picture_path(scene, frame, only, options):
-    path = picture_files.path_of(scene, frame, options.output, only)
-    return layers.file_of(path, *options.layer) if options.layer else path
 
 
 def _frames(text, scene):

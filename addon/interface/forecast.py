@@ -5,21 +5,19 @@ import os
 
 import bpy
 
-from ..cycles import scene_analysis
-from ..cycles.sampling import Sampling
-from ..drivers import choice, gather
+from ..cycles import custom_camera, scene_analysis
+from ..drivers import choice
 
-# Of each view layer, by its depsgraph: its emitters, and what is wrong with its shading.  Finding them takes
-# milliseconds in a scene of thousands of objects, and a panel is drawn at every move of the mouse over it.
-_emitters = {}
-_shading = {}
+# What was found in a view layer, by name and depsgraph.  Finding it takes milliseconds in a scene of thousands of
+# objects, and a panel is drawn at every move of the mouse over it.
+_found = {}
 
 
-def _remembered(found, depsgraph, find):
-    key = depsgraph.as_pointer()
-    if key not in found:
-        found[key] = find(depsgraph)
-    return found[key]
+def _remembered(name, depsgraph, find):
+    key = name, depsgraph.as_pointer()
+    if key not in _found:
+        _found[key] = find(depsgraph)
+    return _found[key]
 
 
 def scene_use(layer):
@@ -38,7 +36,7 @@ def scene_use(layer):
     depsgraph = layer.depsgraph
     if depsgraph is None:
         return None
-    return scene_analysis.scene_use(depsgraph, _remembered(_emitters, depsgraph, scene_analysis.emitters))
+    return scene_analysis.scene_use(depsgraph, _remembered("emitters", depsgraph, scene_analysis.emitters))
 
 
 def chosen(scene, layer):
@@ -46,11 +44,7 @@ def chosen(scene, layer):
     use = scene_use(layer)
     if use is None:
         return None
-
-    def shading_messages():
-        return _remembered(_shading, layer.depsgraph, lambda found: gather.scene_messages(found, scene.camera))
-
-    return choice.of_layer(scene, layer, Sampling.of_layer(scene, layer), use, shading_messages)
+    return choice.of_layer(scene, layer, use, lambda: _remembered("messages", layer.depsgraph, custom_camera.messages))
 
 
 def sentence(scene, layer):
@@ -88,8 +82,7 @@ def noise_sources(use):
 
 @bpy.app.handlers.persistent
 def _forget(*_):
-    _emitters.clear()
-    _shading.clear()
+    _found.clear()
 
 
 # Whatever may change what is remembered.

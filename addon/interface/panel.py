@@ -31,11 +31,11 @@ class SPECTRAL_TILES_PT_sampling(CyclesButtonsPanel, bpy.types.Panel):
         column.active = scene.spectral_tiles.enabled
         how = forecast.chosen(scene, layer)
         if how and how.refusals:
-            for message in dict.fromkeys(how.refusals):
+            for message in how.refusals:
                 _say(column, context, message, "ERROR")
         elif how:
             _say(column, context, forecast.sentence(scene, layer), "NONE")
-            for message in dict.fromkeys(how.differences):
+            for message in how.differences:
                 _say(column, context, message, "INFO")
         self.layout.operator("spectral_tiles.compare")
 
@@ -125,12 +125,4 @@ def _lines(text, width):
 
 _CLASSES = (SPECTRAL_TILES_PT_sampling, SPECTRAL_TILES_PT_advanced)
 
-
-def register():
-    for panel in _CLASSES:
-        bpy.utils.register_class(panel)
-
-
-def unregister():
-    for panel in reversed(_CLASSES):
-        bpy.utils.unregister_class(panel)
+register, unregister = bpy.utils.register_classes_factory(_CLASSES)

@@ -14,11 +14,7 @@ _drawn = None
 
 
 def icons(tile):
-    """Draw a tile; the last one drawn is remembered.
-
-    Parameters
-    ----------
-    tile : generator.Tile
+    """Draw a tile (generator.Tile); the last one drawn is remembered.
 
     Returns
     -------

@@ -88,7 +88,7 @@ class SPECTRAL_TILES_OT_generate_pattern(bpy.types.Operator, ExportHelper):
 
     def execute(self, context):
         global job
-        dims = [name for name in scene_use(context.evaluated_depsgraph_get()).dims] or _ALL
+        dims = scene_use(context.evaluated_depsgraph_get()).dims or _ALL
         try:
             job = Job(self.filepath, method=self.method, size=int(self.size), dims=dims, seed=self.seed)
         except (ValueError, OSError) as error:
@@ -154,15 +154,11 @@ def stop():
         job = None
 
 
-_CLASSES = (SPECTRAL_TILES_OT_generate_pattern, SPECTRAL_TILES_OT_cancel_pattern)
-
-
-def register():
-    for cls in _CLASSES:
-        bpy.utils.register_class(cls)
+register, _unregister_classes = bpy.utils.register_classes_factory(
+    (SPECTRAL_TILES_OT_generate_pattern, SPECTRAL_TILES_OT_cancel_pattern)
+)
 
 
 def unregister():
     stop()
-    for cls in reversed(_CLASSES):
-        bpy.utils.unregister_class(cls)
+    _unregister_classes()

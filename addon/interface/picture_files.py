@@ -1,16 +1,16 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Pictures rendered to files from the command line, which appear complete or not at all."""
 
-import contextlib
 import os
 import re
 import struct
+import tempfile
 
 import bpy
 
 from ..blender import openimageio
 from ..blender.refusal import Refused
-from ..blender.region import Region, bands
+from ..blender.region import Region
 from ..farm import seal
 from ..plan.patterns import atomic_file
 
@@ -98,10 +98,11 @@ def path_of(scene, frame, output=None, only=False):
             stem = os.path.join(stem, "####")
         elif "#" not in stem and ending:
             stem += "####"  # or else Blender puts it behind the ending, and adds another one
-        if ending and not _writes(render, ending.lower()):
-            made = _FORMATS[ending.lower()]
-            render.image_settings.media_type = "MULTI_LAYER_IMAGE" if "MULTILAYER" in made else "IMAGE"
-            render.image_settings.file_format = made
+        image, made = render.image_settings, _FORMATS.get(ending.lower())
+        # An OpenEXR picture stays one, of one layer or of several.
+        if made and image.file_format.removesuffix("_MULTILAYER") != made.removesuffix("_MULTILAYER"):
+            image.media_type = "MULTI_LAYER_IMAGE" if "MULTILAYER" in made else "IMAGE"
+            image.file_format = made
         render.filepath = stem + ending
     if render.is_movie_format:
         raise Refused("The scene writes a movie, but frames are rendered one by one: choose an image format")
@@ -112,20 +113,9 @@ def path_of(scene, frame, output=None, only=False):
         raise Refused(f"Cannot use the path {output or render.filepath}: {reason}") from error
     if only and output and "#" not in output and not output.endswith(("/", os.sep)):
         # As it was asked for, but for fields, which Blender has put in before the number.
-        return _without_number(path, frame, ending)
+        stem, found = os.path.splitext(path)
+        return stem.removesuffix(f"-{-frame:04d}" if frame < 0 else f"{frame:04d}") + (ending or found)
     return path
-
-
-def _writes(render, ending):
-    """Whether files of this ending are what the scene's settings write."""
-    made = render.image_settings.file_format
-    return _FORMATS[ending] == made or (ending == ".exr" and made == "OPEN_EXR")
-
-
-def _without_number(path, frame, ending):
-    number = f"-{-frame:04d}" if frame < 0 else f"{frame:04d}"
-    stem, found = os.path.splitext(path)
-    return stem.removesuffix(number) + (ending or found)
 
 
 def render(scene, path):
@@ -178,15 +168,11 @@ def render_into(scene, path):
 def _check_room(folder, size):
     """Raise OSError if there is no room for so many bytes: Blender's writer of WebP never ends on a full disk."""
     if hasattr(os, "posix_fallocate"):
-        path = os.path.join(folder, "room")
         try:
-            with open(path, "wb") as file:
+            with tempfile.TemporaryFile(dir=folder) as file:
                 os.posix_fallocate(file.fileno(), 0, size)
         except OSError as error:
             raise OSError(f"There is no room for a picture: {error.strerror}") from error
-        finally:
-            with contextlib.suppress(OSError):
-                os.unlink(path)
 
 
 def put(unfinished, folder):
@@ -264,24 +250,12 @@ def _can_be_read(path):
     if not path.lower().endswith((".exr", ".tif", ".tiff")):
         return True
     try:
-        oiio = openimageio.load()
+        openimageio.check(path)
     except Refused:
-        return True  # nobody here can tell
-    file = oiio.ImageInput.open(path)
-    if file is None:
-        oiio.geterror()
+        pass  # nobody here can tell
+    except ValueError:
         return False
-    part = 0
-    while file.seek_subimage(part, 0):
-        spec = file.spec()
-        for band in bands(spec.height):
-            start, stop = spec.y + band.start, spec.y + band.stop
-            if file.read_scanlines(part, 0, start, stop, 0, 0, spec.nchannels, spec.format) is None:
-                file.geterror()
-                return False
-        part += 1
-    file.geterror()  # that there are no more parts
-    return part > 0
+    return True
 
 
 def _one_line(error):

@@ -7,6 +7,8 @@ import bpy
 from bl_operators.presets import AddPresetBase
 from bl_ui.utils import PresetPanel
 
+from ..settings import SpectralTilesSettings
+
 _SUBDIR = "spectral_tiles"
 _FOLDER = os.path.join(os.path.dirname(__file__), "preset_files")
 
@@ -26,30 +28,19 @@ class SPECTRAL_TILES_OT_preset_add(AddPresetBase, bpy.types.Operator):
     preset_menu = "SPECTRAL_TILES_PT_presets"
     preset_subdir = _SUBDIR
     preset_defines = ["settings = bpy.context.scene.spectral_tiles"]
-    preset_values = [
-        "settings.method",
-        "settings.sub_frames",
-        "settings.distribution",
-        "settings.noise_reduction",
-        "settings.pattern",
-        "settings.pattern_path",
-        "settings.filter",
-        "settings.filter_width",
-        "settings.filter_b",
-        "settings.filter_c",
-    ]
+    preset_values = [f"settings.{name}" for name in SpectralTilesSettings.__annotations__ if name != "enabled"]
 
 
-_CLASSES = (SPECTRAL_TILES_PT_presets, SPECTRAL_TILES_OT_preset_add)
+_register_classes, _unregister_classes = bpy.utils.register_classes_factory(
+    (SPECTRAL_TILES_PT_presets, SPECTRAL_TILES_OT_preset_add)
+)
 
 
 def register():
     bpy.utils.register_preset_path(_FOLDER)
-    for cls in _CLASSES:
-        bpy.utils.register_class(cls)
+    _register_classes()
 
 
 def unregister():
-    for cls in reversed(_CLASSES):
-        bpy.utils.unregister_class(cls)
+    _unregister_classes()
     bpy.utils.unregister_preset_path(_FOLDER)

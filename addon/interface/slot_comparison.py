@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Compare with Cycles: the same frame with the switch off and on, each in a render slot."""
 
-import contextlib
-
 import bpy
 
 from .. import switch
@@ -26,23 +24,6 @@ def _use_slot(name):
 def _name_slot(name):
     """Name the slot that was rendered into, which Blender made if there was none."""
     bpy.data.images["Render Result"].render_slots.active.name = name
-
-
-@contextlib.contextmanager
-def _shown_where(context, is_first):
-    """Let the first render be shown where the user wants it, and the second in its place.
-
-    Blender would fill the window once more, and forget what had been in it.
-    """
-    view = context.preferences.view
-    before = view.render_display_type
-    if not is_first:
-        view.render_display_type = "NONE"
-    try:
-        yield
-    finally:
-        if not is_first:
-            view.render_display_type = before
 
 
 class SPECTRAL_TILES_OT_compare(bpy.types.Operator):
@@ -106,16 +87,18 @@ class SPECTRAL_TILES_OT_compare(bpy.types.Operator):
     def _start_next(self, context):
         self._name, switch.forced = self._left.pop(0)
         _use_slot(self._name)
-        with _shown_where(context, is_first=bool(self._left)):
+        view = context.preferences.view
+        shown = view.render_display_type
+        if not self._left:
+            # In the place of the first: Blender would fill the window once more, and forget what had been in it.
+            view.render_display_type = "NONE"
+        try:
             bpy.ops.render.render("INVOKE_DEFAULT")
+        finally:
+            view.render_display_type = shown
 
     def _stop(self, *_):
         self._stopped = True
 
 
-def register():
-    bpy.utils.register_class(SPECTRAL_TILES_OT_compare)
-
-
-def unregister():
-    bpy.utils.unregister_class(SPECTRAL_TILES_OT_compare)
+register, unregister = bpy.utils.register_classes_factory((SPECTRAL_TILES_OT_compare,))

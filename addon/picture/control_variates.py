@@ -119,7 +119,7 @@ def without_noise(lights, opacity, numbers, candidates):
         return lights
     judged = None if opacity is None or (opacity >= 1.0).all() else opaque(opacity)
     survey = _survey(lights, judged, numbers, candidates)
-    if not survey.modes:
+    if survey is None:
         return lights
     _, height, width = lights[0].shape
     result = list(lights)
@@ -140,12 +140,8 @@ def without_noise(lights, opacity, numbers, candidates):
         for number, pixels, found in zip(survey.noisy, explained, around, strict=True):
             result[number][:, own] -= found.coloured(pixels)[:, inner]
 
-    tops = range(0, height, rows)
-    if len(tops) == 1:
-        clean(0)
-    else:
-        with concurrent.futures.ThreadPoolExecutor(processors) as threads:
-            list(threads.map(clean, tops))
+    with concurrent.futures.ThreadPoolExecutor(processors) as threads:
+        list(threads.map(clean, range(0, height, rows)))
     return result
 
 
@@ -172,7 +168,7 @@ class _Survey:
 
 
 def _survey(lights, judged, numbers, candidates):
-    """Find out in some tiles of the picture what explains most."""
+    """Find out in some tiles of the picture what explains most; None if nothing does."""
     _, height, width = lights[0].shape
     corners = [(y, x) for y in _starts(height) for x in _starts(width)]
     if len(corners) > _TILES:
@@ -189,9 +185,8 @@ def _survey(lights, judged, numbers, candidates):
         moments = moments + (telling @ telling.swapaxes(-1, -2)).sum(axis=(0, 1))
         pixels += telling.size // len(candidates)
     moments, scores = moments / pixels, np.concatenate(scores)
-    nothing = np.zeros((0, 0), np.float32)
     if not moments.diagonal().all():
-        return _Survey([], nothing, np.arange(0), nothing)
+        return None
     weight = noise_blocks.HEARD / len(scores)
     least = _most_by_chance(weight, weight)
 
@@ -206,8 +201,9 @@ def _survey(lights, judged, numbers, candidates):
     basis = np.linalg.inv(np.linalg.cholesky(moments + _ALIKE * np.diag(np.diag(moments))))
     found = strength(basis)
     noisy = np.flatnonzero(found.any(axis=1))
-    chosen = [candidates[number] for number in best] if noisy.size else []
-    return _Survey(chosen, basis.astype(np.float32), noisy, found[noisy])
+    if not noisy.size:
+        return None
+    return _Survey([candidates[number] for number in best], basis.astype(np.float32), noisy, found[noisy])
 
 
 def _part(judged, part):

@@ -7,8 +7,7 @@ take them for zero, which makes dark parts brighter.
 
 import numpy as np
 
-# To how many pixels each way what is missing is spread.
-_REACH = 2
+from .surroundings import SIDE, sums
 
 _TINY = np.float32(1e-20)
 
@@ -23,8 +22,8 @@ def nonnegative(light):
     Returns
     -------
     float32 array
-        Of the same shape, and about the same mean over any 5 x 5 pixels, as far as that is positive; `light` itself
-        if nothing is negative.
+        Of the same shape, and about the same mean over any `SIDE` x `SIDE` pixels, as far as that is positive; `light`
+        itself if nothing is negative.
     """
     if not (light < 0.0).any():
         return light
@@ -34,9 +33,7 @@ def nonnegative(light):
 
 
 def _around(planes):
-    """Sums over the pixels within `_REACH` each way."""
-    margin = [(0, 0), (_REACH, _REACH), (_REACH, _REACH)]
-    edged = np.pad(planes, margin, mode="edge")
-    height, width = planes.shape[1:]
-    rows = sum(edged[:, shift : shift + height] for shift in range(2 * _REACH + 1))
-    return sum(rows[:, :, shift : shift + width] for shift in range(2 * _REACH + 1))
+    """Sums over the `SIDE` x `SIDE` pixels around each."""
+    reach = SIDE // 2
+    edged = np.pad(planes, [(0, 0), (reach, reach), (reach, reach)], mode="edge")
+    return sums(sums(edged, 1), 2)

@@ -7,7 +7,6 @@ import numpy as np
 
 from ..cycles.passes import NOISY, Kind, divisor, is_radiance
 from ..plan.sample_plan import scattered
-from .nonnegative import nonnegative
 
 
 @dataclass(frozen=True)
@@ -82,10 +81,6 @@ class Picture:
                 passes[key] = np.divide(light, by, out=np.zeros_like(light), where=by != 0.0)
         return replace(self, passes=passes)
 
-    def with_nonnegative_light_of(self, keys):
-        """The picture with the negative pixels of some passes of colour evened out by those around them."""
-        return self.with_light_of({key: nonnegative(self.light_of(key)[:3]) for key in keys})
-
     def with_light(self, planes):
         """The picture with its light replaced by planes in the form of `light`."""
         keys = self.light_keys
@@ -113,10 +108,10 @@ class Picture:
 
     def with_noisy(self):
         """The picture whose denoised passes hold what Cycles has under the names of the noisy ones."""
+        denoised = {noisy: name for name, noisy in NOISY.items()}
         return self.with_passes(
-            {(name, view): self.passes[noisy, view] for name, noisy in NOISY.items() for _, view in self.passes
-             if (noisy, view) in self.passes}
-        )  # fmt: skip
+            {(denoised[name], view): pixels for (name, view), pixels in self.passes.items() if name in denoised}
+        )
 
     def moved(self, film):
         """The picture whose pixel `film[p]` is pixel p of this one, which is empty afterwards, for memory's sake."""

@@ -99,8 +99,13 @@ _STEPS = np.array((49471, 37345), np.uint16)
 _HALF, _GOLDEN = np.uint16(32768), np.uint16(40503)
 
 
+def first_position(sample, seed):
+    """Where in its pixel the n-th sample of the first pixel lies, x and y as of `positions`: uint16 array."""
+    return np.random.default_rng(seed).integers(0, 65536, 2, np.uint16) + np.uint16(sample) * _STEPS
+
+
 def positions(region, sample, seed):
-    """Where in its pixel the n-th sample of every pixel lies.
+    """Where in its pixel the n-th sample of every pixel lies; `camera.osl` knows them by the `first_position`.
 
     Neighbours keep well apart, by half a pixel one way and the golden ratio the other way, so that what falls into any
     filter is nearly the same amount everywhere; further samples follow the R2 sequence.  The start is uniform, so that
@@ -119,19 +124,13 @@ def positions(region, sample, seed):
         x and y: q stands for (q + 1/2) / 65536 of a pixel.
     """
     width, height = region.size
-    x, y = np.random.default_rng(seed).integers(0, 65536, 2, np.uint16) + np.uint16(sample) * _STEPS
+    x, y = first_position(sample, seed)
     column, row = np.arange(width, dtype=np.uint16), np.arange(height, dtype=np.uint16)[:, None]
     return np.stack([x + _HALF * column + _GOLDEN * row, y + _GOLDEN * column + _HALF * row])
 
 
 class Reconstruction:
-    """Sums of weighted samples, becoming pixels.
-
-    Parameters
-    ----------
-    chosen : Filter
-    channels, height, width : int
-    """
+    """Sums of samples weighted by a `Filter`, becoming pixels."""
 
     def __init__(self, chosen, channels, height, width):
         self._filter = chosen

@@ -82,10 +82,10 @@ class Surroundings:
 
     def _look(self):
         # Of each window the plane that fits best: its middle, and its slopes by steps of a pixel.
-        rows, slopes = _sums(self._grey, 0), _weighted_sums(self._grey, 0)
-        middle, right, up = _sums(rows, 1) / _PIXELS, _weighted_sums(rows, 1) / _MOMENT, _sums(slopes, 1) / _MOMENT
+        rows, slopes = sums(self._grey, 0), _weighted_sums(self._grey, 0)
+        middle, right, up = sums(rows, 1) / _PIXELS, _weighted_sums(rows, 1) / _MOMENT, sums(slopes, 1) / _MOMENT
         square = np.square(self._grey)
-        left_over = _sums(_sums(square, 0), 1)
+        left_over = sums(sums(square, 0), 1)
         for part, weight in ((middle, _PIXELS), (right, _MOMENT), (up, _MOMENT)):
             left_over -= weight * np.square(part)
         height, width = middle.shape
@@ -127,7 +127,7 @@ class Surroundings:
         """Noise in units of `size`, (height, width), as red, green and blue of the colour of each pixel's side."""
         if min(noise.shape) < SIDE:
             return np.zeros_like(self._colour)
-        colours = np.stack([_sums(_sums(part, 0), 1).take(self._window) - part for part in self._colour])
+        colours = np.stack([sums(sums(part, 0), 1).take(self._window) - part for part in self._colour])
         np.maximum(colours, np.float32(0), out=colours)
         amount = noise * self.size
         amount *= np.float32(3)
@@ -136,8 +136,8 @@ class Surroundings:
         return colours
 
 
-def _sums(plane, axis):
-    """Sums over `SIDE` pixels that follow each other along an axis."""
+def sums(plane, axis):
+    """Sums over `SIDE` pixels that follow each other along an axis, where all of them are there."""
     along = plane.swapaxes(0, axis)
     count = len(along) - SIDE + 1
     total = along[:count] + along[1 : 1 + count]

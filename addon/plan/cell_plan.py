@@ -12,7 +12,7 @@ import numpy as np
 from ..cycles import shared_sequence
 from .matching import match
 from .pattern_plan import evenly_spread
-from .sub_frame_plan import Shot
+from .sub_frame_plan import Shot, by_time
 
 
 @dataclass(frozen=True)
@@ -43,33 +43,17 @@ class CellPlan:
         return len(self.offset)
 
     def groups(self, samples):
-        """The shots of some samples of every pixel, a group for each, in the order of time.
-
-        Parameters
-        ----------
-        samples : iterable of int
-
-        Returns
-        -------
-        list of list of Shot
-        """
+        """The shots of some samples (numbers) of every pixel: for each a list of `Shot`, in the order of time."""
         found = []
         for sample in samples:
-            moments, points = self.t[:, :, sample], self.offset[:, :, sample]
-            order = zip(*np.unravel_index(np.argsort(moments, axis=None), moments.shape), strict=True)
-            found.append(
-                [
-                    Shot(
-                        (int(row), int(column)), int(points[row, column]), 1, 2 * (float(moments[row, column]),), sample
-                    )
-                    for row, column in order
-                ]
-            )
+            times, points = self.t[:, :, sample], self.offset[:, :, sample]
+            cells = by_time(times)
+            found.append([Shot(cell, int(points[cell]), 1, 2 * (float(times[cell]),), sample) for cell in cells])
         return found
 
 
 def following(tile, dims, samples, seed):
-    """Plan that follows a tile in some of its dimensions, time and lens exactly.
+    """The `CellPlan` that follows a tile in some of its dimensions, time and lens exactly.
 
     Parameters
     ----------
@@ -80,10 +64,6 @@ def following(tile, dims, samples, seed):
         Samples a pixel.
     seed : int
         Cycles' seed; also moves the tile.
-
-    Returns
-    -------
-    CellPlan
     """
     origin = np.random.default_rng(seed).integers(0, tile.size, 2)
     wanted = np.roll(tile.values[:, :, 0], origin, axis=(0, 1)).reshape(tile.size**2, -1)

@@ -25,7 +25,6 @@ __all__ = [
     "generator",
     "generator_cli",
     "messages",
-    "spectral",
     "tile",
 ]
 
@@ -65,10 +64,6 @@ def tile(name, path="", dims=PROFILES["full"]):
     dims : tuple of str
         Dimensions that the scene uses (`SceneUse.dims`).
 
-    Returns
-    -------
-    generator.Tile or None
-
     Raises
     ------
     Refused
@@ -80,12 +75,8 @@ def tile(name, path="", dims=PROFILES["full"]):
         if not path:
             raise Refused("No pattern file is set; choose one under Sampling > Spectral Tiles > Advanced")
         return _read(path)
-    return spectral(dims) if name == "SPECTRAL" else _read(os.path.join(_FOLDER, name.lower() + ".npz"))
-
-
-def spectral(dims):
-    """The shipped spectral tile for a scene that uses these dimensions; raises `Refused` if it is damaged."""
-    return _read(os.path.join(_FOLDER, "spectral", covering(dims).name + ".npz"))
+    shipped = os.path.join("spectral", covering(dims).name) if name == "SPECTRAL" else name.lower()
+    return _read(os.path.join(_FOLDER, shipped + ".npz"))
 
 
 def _read(path):

@@ -70,11 +70,7 @@ class Plan:
         return replace(self, film=row)
 
     def ranks_at_film(self, region):
-        """Which part of Cycles' sequence each film pixel of a region gets.
-
-        Parameters
-        ----------
-        region : Region
+        """Which part of Cycles' sequence each film pixel of a region (Region) gets.
 
         Returns
         -------
@@ -112,10 +108,6 @@ def remembered(key, region, seed, make):
         Another seed gives another, equally good plan.
     make : callable
         Seed -> Plan.
-
-    Returns
-    -------
-    Plan
     """
     own_seed = 0 if region.pixels > _LARGE else seed
     key = (*key, region, own_seed)

@@ -69,7 +69,7 @@ def side(samples, moments):
 
 
 def make(samples, moments, taken, seed, one_by_one=False):
-    """Plan a frame.
+    """The `SubFramePlan` of a frame.
 
     Parameters
     ----------
@@ -82,10 +82,6 @@ def make(samples, moments, taken, seed, one_by_one=False):
         Moves the pattern.
     one_by_one : bool
         Whether each shot is to be of a single sample.
-
-    Returns
-    -------
-    SubFramePlan
     """
     period = side(samples, moments)
     if period == 1:
@@ -96,19 +92,18 @@ def make(samples, moments, taken, seed, one_by_one=False):
         # Each sample of a pixel has its own part of the shutter, which the cells share.
         times = (sample + (order + 0.5) / order.size) / samples
         moment = np.floor(times * moments).astype(int)
-        groups.append(
-            [
-                Shot(
-                    (int(row), int(column)),
-                    int(ranks[row, column]) * samples + sample,
-                    1,
-                    (moment[row, column] / moments, (moment[row, column] + 1) / moments),
-                    sample,
-                )
-                for row, column in zip(*np.unravel_index(np.argsort(times, axis=None), times.shape), strict=True)
-            ]
-        )
+        group = []
+        for cell in by_time(times):
+            opening = moment[cell] / moments, (moment[cell] + 1) / moments
+            group.append(Shot(cell, int(ranks[cell]) * samples + sample, 1, opening, sample))
+        groups.append(group)
     return SubFramePlan(period, order.size * samples, groups)
+
+
+def by_time(times):
+    """Rows and columns of cells, pairs of int, in the order of their times (rows, columns)."""
+    order = np.argsort(times, axis=None)
+    return list(zip(*(indices.tolist() for indices in np.unravel_index(order, times.shape)), strict=True))
 
 
 def _whole(samples, moments, taken, one_by_one):

@@ -10,7 +10,7 @@ import pytest
 import generator
 from addon import switch
 from addon.cycles import scene_analysis
-from addon.cycles.scene_use import SceneUse
+from addon.cycles.scene_analysis import SceneUse
 from addon.drivers.choice import Choice
 from addon.drivers.frame import pattern_tile
 from addon.interface import forecast, panel, pattern_icons, pattern_making

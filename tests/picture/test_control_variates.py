@@ -10,7 +10,7 @@ import pytest
 from scipy.ndimage import distance_transform_edt
 
 from addon.blender.region import Region
-from addon.cycles.scene_use import SceneUse
+from addon.cycles.scene_analysis import SceneUse
 from addon.picture import control_variates
 from addon.plan import arranged_plan, modes, sample_plan
 from tests import rendering

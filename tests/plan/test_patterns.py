@@ -4,7 +4,7 @@
 import bpy
 import pytest
 
-from addon.cycles.scene_use import SceneUse
+from addon.cycles.scene_analysis import SceneUse
 from addon.drivers import gather
 from addon.plan import patterns
 from tests import rendering

@@ -10,7 +10,7 @@ import pytest
 from addon.blender.refusal import Cancelled
 from addon.blender.region import Region
 from addon.cycles import plan_image, random_numbers
-from addon.cycles.scene_use import SceneUse
+from addon.cycles.scene_analysis import SceneUse
 from addon.plan import arranged_plan, modes, pattern_plan, sample_plan
 from addon.plan.matching import match
 from generator import Tile
