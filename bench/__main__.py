@@ -67,7 +67,9 @@ def _errors_and_times(options: argparse.Namespace) -> str:
 
 
 def _times(options: argparse.Namespace) -> str:
-    settings = [Settings(samples=samples, size=tuple(options.size)) for samples in options.samples]
+    settings = [
+        Settings(samples=samples, size=tuple(options.size), method=options.method) for samples in options.samples
+    ]
     return "\n\n".join(_timed(options.scenes, each, options.pairs) for each in settings)
 
 
@@ -282,6 +284,7 @@ def _parser() -> argparse.ArgumentParser:
     times.add_argument("--pairs", type=int, default=5, help="pairs of timed processes")
     times.add_argument("--samples", type=_counts, default=(1,), help="samples a pixel, as in 1,4,16")
     times.add_argument("--size", type=int, nargs=2, default=TIMED_SIZE, metavar=("W", "H"), help="in pixels")
+    times.add_argument("--method", default="GATHER", choices=("AUTO", "IN_PLACE", "GATHER"), help="of ours")
     times.set_defaults(run=_times)
 
     blurred = commands.add_parser("sub-frames", parents=[quick], help="Sub-Frames against renders averaged by hand")

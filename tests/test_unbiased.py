@@ -9,8 +9,7 @@ import pytest
 
 import demo_blend
 from addon.drivers import rounds as driver
-from addon.plan import rounds
-from addon.plan.costs import Counted
+from addon.plan import costs, rounds
 from tests import rendering
 
 SEEDS = 96
@@ -47,7 +46,7 @@ def regions(truth):
 @pytest.mark.parametrize("name", SCENES)
 def test_samples_by_noise_are_unbiased(extension, tmp_path, monkeypatch, name):
     monkeypatch.setattr(driver, "_SMALL", 0)
-    monkeypatch.setattr(Counted, "call", 4)
+    monkeypatch.setattr(costs, "_CALL", 4)
     bpy.ops.wm.open_mainfile(filepath=str(Path(demo_blend.__file__).with_name(f"{name}.blend")), load_ui=False)
     scene = bpy.context.scene
     scene.render.resolution_x, scene.render.resolution_y, scene.render.resolution_percentage = WIDTH, HEIGHT, 100

@@ -8,6 +8,7 @@ and each pixel's samples are those that it would have natively.
 import time
 
 import bpy
+import numpy as np
 
 from ..blender.display import Picture
 from ..blender.region import Rectangle, Region
@@ -20,8 +21,12 @@ from ..plan.costs import Costs, Counted
 from ..plan.sample_plan import Plan
 from . import steps
 
-# Samples of pixels in all below which a picture takes a second or so, and rates are not worth their calls.
+# Samples of pixels in all below which a picture takes a second or so, and rates are not worth their calls; nor does
+# their time tell anything.
 _SMALL = 250_000
+
+# Side of a square, and samples of its pixels, that tell what a call costs.
+_TRIED = 8
 
 
 def suit(scene, layer, sampling):
@@ -64,6 +69,7 @@ def _shots(goal, growing):
     """All shots but the first, round by round."""
     base, costs = goal.base(growing.costs.sample), growing.costs
     yield from rounds.opening(goal, base, growing.size, costs)
+    growing.weigh_call()
     is_small = goal.is_mean and goal.samples * costs.sample < _SMALL
     follow = rounds.evenly(goal, base, goal.samples, growing.size, costs, growing.spent) if is_small else None
     yield from follow or rounds.rounds(goal, base, growing, costs, growing.spent)
@@ -100,6 +106,8 @@ class Growing:
         is_processors = goal.seconds is None and session.scene.cycles.device == "CPU"
         self._clock = time.process_time if is_processors else elapsed
         self._samples = 0
+        # Seconds, calls and samples of the last shots.
+        self._last = 0.0, 0, 0
         self.sums = None
 
     @property
@@ -125,7 +133,7 @@ class Growing:
         self.sums.add(everything, {key: pixels.reshape(height, width, -1) for key, pixels in found.items()}, 0, count)
         self._samples += count * width * height
         if self._goal.seconds is not None:
-            self._measure_call()
+            self.costs.call = self._call_seconds(1, 1)
         self.costs.learn(everything, count, taken)
         return self._may_go_on
 
@@ -133,12 +141,26 @@ class Growing:
         """What the picture has cost so far, in the unit of `costs`."""
         return self._samples if self._goal.seconds is None else self._elapsed()
 
-    def _measure_call(self):
-        """See what a call takes whose samples take nothing."""
-        begun = self._elapsed()
-        for _ in self.session.call_rectangles([Shot(Rectangle(0, 0, 1, 1), self._goal.length, 0, 1)] * 3):
+    def _call_seconds(self, side, count):
+        """What a call for some samples of a square in the middle takes."""
+        width, height = (min(side, length) for length in self.size)
+        left, bottom = (self.size[0] - width) // 2, (self.size[1] - height) // 2
+        asked = [Shot(Rectangle(left, bottom, width, height), self._goal.length, 0, count)] * 3
+        begun, least = self._elapsed(), np.inf
+        for _ in self.session.call_rectangles(asked):
             now = self._elapsed()
-            self.costs.call, begun = min(self.costs.call, now - begun), now
+            least, begun = min(least, now - begun), now
+        return least
+
+    def weigh_call(self):
+        """See how many samples a call for a small square takes as long as, where samples are counted."""
+        seconds, calls, samples = self._last
+        if self._goal.seconds is not None or samples < _SMALL:
+            return
+        count = min(_TRIED, self._goal.length)
+        call = self._call_seconds(_TRIED, count)
+        sample = max(seconds - calls * call, 0.5 * seconds) / samples
+        self.costs.weigh_call(call / sample - count * _TRIED**2)
 
     def show(self):
         """Show the picture so far, if there is a window."""
@@ -156,7 +178,7 @@ class Growing:
         """Render shots; return whether more may follow."""
         asked = [Shot(Rectangle(*rectangle), *samples) for rectangle, *samples in shots]
         whole = self._whole(asked)
-        begun = self._clock()
+        begun, wall = self._clock(), self._elapsed()
         for shot, found in zip(asked, self.session.call_rectangles(asked), strict=True):
             if self.session.engine.test_break():
                 return False
@@ -169,6 +191,8 @@ class Growing:
             self._tell(whole)
             if not self._may_go_on:
                 return False
+        samples = sum(shot.count * shot.rectangle.width * shot.rectangle.height for shot in asked)
+        self._last = self._elapsed() - wall, len(asked), samples
         return True
 
     def _whole(self, asked):

@@ -11,6 +11,9 @@ _SURPRISE = 4.0
 # Samples are taken away by powers of this factor, if calls have taken so many seconds: chance decides about fewer.
 _STEP, _TELLING = 1.3, 0.5
 
+# How many samples of a pixel a call takes as long as, at least: on two processors, if they are quick ones.
+_CALL = 1000
+
 # What a sample costs where none differs from another, as of a background: next to nothing beside one of a surface.
 _IDLE = 0.1
 
@@ -18,14 +21,13 @@ _IDLE = 0.1
 class Counted:
     """Costs in samples of a pixel instead of seconds, so that the same picture comes out each time.
 
-    Time is asked in one place: where samples would take much longer than as many of all pixels, there are fewer, by a
-    factor whose steps are so large that chance rarely changes it.  Parameters and attributes are those of `Costs`.
+    Time is asked in two places, by factors whose steps are so large that chance rarely changes them: where samples
+    would take much longer than as many of all pixels, there are fewer; and on many processors or a graphics card, where
+    samples take little time, calls count for more of them.  Parameters and attributes are those of `Costs`.
     """
 
-    # About how many samples of a pixel a call takes as long as.
-    call = 1000
-
     def __init__(self, size):
+        self.call = _CALL
         self.pixels = np.ones(size[::-1])
         self._seconds = np.ones(size[::-1])
         self._learned = 0.0
@@ -35,6 +37,10 @@ class Counted:
         known = self._seconds[part]
         known[...] = seconds / (count * known.size)
         self._learned += seconds
+
+    def weigh_call(self, samples):
+        """Take in how many samples of a pixel a call takes as long as."""
+        self.call = _CALL * 4 ** max(round(np.log(max(samples, 1.0) / _CALL) / np.log(4.0)), 0)
 
     def affordable(self, samples, count):
         """Part of the samples that take about as long as `count` of all pixels.

@@ -20,6 +20,7 @@ BUILDERS = {
     "still_life": "bench.scenes.still_life",
     "hazy_room": "bench.scenes.hazy_room",
     "heavy": "bench.scenes.heavy",
+    "plain_sun": "bench.scenes.plain_sun",
     "meadow": "bench.scenes.meadow",
     "glassware": "bench.scenes.glassware",
     "candles": "bench.scenes.candles",
@@ -33,5 +34,5 @@ BUILDERS = {
 PRODUCTION = ("meadow", "glassware", "candles", "misty_wood", "night_market", "creature")
 
 #: Scenes that are there for their wall time only, and those of the quality table.
-COSTLY = ("hazy_room", "heavy")
+COSTLY = ("hazy_room", "heavy", "plain_sun")
 QUALITY = tuple(name for name in BUILDERS if name not in (*COSTLY, *PRODUCTION, *DEMOS))

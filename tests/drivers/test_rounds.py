@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from addon.drivers import rounds
+from addon.plan import costs
 from addon.plan import rounds as plan_rounds
-from addon.plan.costs import Counted
 from tests import rendering
 
 
@@ -136,7 +136,7 @@ def test_even_picture_is_cycles_own(extension, tmp_path, monkeypatch):
 
 
 def test_a_pixel_of_more_samples_is_what_cycles_makes_of_so_many(extension, tmp_path, monkeypatch):
-    monkeypatch.setattr(Counted, "call", 10)
+    monkeypatch.setattr(costs, "_CALL", 10)
     rendering.empty_scene(96, 64)
     rendering.add_plane(20, rendering.diffuse())
     rendering.add_light("SUN", 2.0, (0, 0, 5), angle=0.0)
