@@ -25,6 +25,9 @@ from . import steps
 # their time tell anything.
 _SMALL = 250_000
 
+# Seconds between pictures in a window, and times what showing one takes: what is less than both is not worth it.
+_SHOWN_EVERY, _SHOWN_TIMES = 0.5, 20.0
+
 # Side of a square, and samples of its pixels, that tell what a call costs.
 _TRIED = 8
 
@@ -59,7 +62,6 @@ def grown(session, goal, elapsed, light="Combined"):
     growing = Growing(session, goal, elapsed, light)
     if growing.shoot_all(goal.first):
         for shots in _shots(goal, growing):
-            growing.show()
             if not growing.shoot(shots):
                 break
     return growing
@@ -106,6 +108,7 @@ class Growing:
         is_processors = goal.seconds is None and session.scene.cycles.device == "CPU"
         self._clock = time.process_time if is_processors else elapsed
         self._samples = 0
+        self._show_from = 0.0
         # Seconds, calls and samples of the last shots.
         self._last = 0.0, 0, 0
         self.sums = None
@@ -163,10 +166,14 @@ class Growing:
         self.costs.weigh_call(call / sample - count * _TRIED**2)
 
     def show(self):
-        """Show the picture so far, if there is a window."""
-        if bpy.app.background:
+        """Show the picture so far, if there is a window, as often as can be seen."""
+        begun = self._elapsed()
+        if bpy.app.background or begun < self._show_from:
             return
-        self.session.engine.shown = Picture(self.session.region, self.sums.mean.reshape(-1, self.sums.mean.shape[-1]))
+        mean = self.sums.mean
+        self.session.engine.shown = Picture(self.session.region, mean.reshape(-1, mean.shape[-1]))
+        now = self._elapsed()
+        self._show_from = now + max(_SHOWN_EVERY, _SHOWN_TIMES * (now - begun))
 
     def _tell(self, whole):
         """Tell how much is done of what the whole picture costs, as far as that is known."""
@@ -189,6 +196,7 @@ class Growing:
             begun = now
             self._samples += shot.count * self.costs.pixels[part].sum()
             self._tell(whole)
+            self.show()
             if not self._may_go_on:
                 return False
         samples = sum(shot.count * shot.rectangle.width * shot.rectangle.height for shot in asked)
@@ -199,10 +207,9 @@ class Growing:
         """What the picture will have cost, in the unit of `costs`, as far as that is known: at least these shots."""
         if self._goal.seconds is not None:
             return self._goal.seconds
-        known = self._goal.samples * self.costs.sample if self._goal.is_mean else 0.0
-        return max(
-            known, self._samples + sum(shot.count * self.costs.pixels[shot.rectangle.part].sum() for shot in asked)
-        )
+        known = self._goal.length * self.costs.sample
+        further = sum(shot.count * self.costs.pixels[shot.rectangle.part].sum() for shot in asked)
+        return max(known, self._samples + further)
 
     @property
     def _may_go_on(self):

@@ -208,7 +208,7 @@ def rounds(goal, base, seen, costs, elapsed):
     Yields
     ------
     list of Shot
-        One round; the picture is complete after each.
+        One round; the picture is complete after each shot.
     """
     if base < FEWEST:
         yield from evenly(goal, base, goal.samples, seen.size, costs, elapsed)
@@ -227,8 +227,7 @@ def rounds(goal, base, seen, costs, elapsed):
     squares, wish, wanted = chosen
     levels = np.zeros(squares.areas.shape, int)
     if goal.seconds is None:
-        for level in range(1, wanted.max() + 1):
-            yield _shots(steps, squares, levels, np.where(wanted == level, level, 0))
+        yield _shots(steps, squares, levels, wanted)
         return
     for level in range(steps.top):
         # What samples cost is known better after each round, so the rest is planned anew; noise is not judged again.
