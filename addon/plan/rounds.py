@@ -50,7 +50,7 @@ _MOST_SAY = 2.0
 # The threshold is the user's where it asks for so many samples; it grows with these powers of the samples where it asks
 # for more, and for fewer.  Cycles asks each pixel's two halves again and again, which agree by chance the sooner or
 # later, and takes at least 32 to 64 samples: so its own errors change more slowly than its threshold.
-_EXACT_AT, _RELIEF = 64, (0.25, 1.5)
+_EXACT_AT, _RELIEF = 64, (0.25, 2.0)
 
 # The error falls like this power of the samples.
 _FALL = 0.6
