@@ -97,7 +97,7 @@ class Growing:
     Attributes
     ----------
     costs : Costs or Counted
-        By time only if that is limited, so that otherwise the same picture comes out each time.
+        By time only if that is limited.
     """
 
     def __init__(self, session, goal, elapsed, light):

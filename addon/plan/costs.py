@@ -8,8 +8,8 @@ import numpy as np
 _SURPRISE = 4.0
 
 
-# Samples are taken away by powers of this factor, if calls have taken so many seconds: chance decides about fewer.
-_STEP, _TELLING = 1.3, 0.5
+# Seconds that calls have taken, from which on these tell more than chance.
+_TELLING = 0.5
 
 # How many samples of a pixel a call takes as long as, at least: on two processors, if they are quick ones.
 _CALL = 1000
@@ -19,11 +19,11 @@ _IDLE = 0.1
 
 
 class Counted:
-    """Costs in samples of a pixel instead of seconds, so that the same picture comes out each time.
+    """Costs in samples of a pixel instead of seconds.
 
-    Time is asked in two places, by factors whose steps are so large that chance rarely changes them: where samples
-    would take much longer than as many of all pixels, there are fewer; and on many processors or a graphics card, where
-    samples take little time, calls count for more of them.  Parameters and attributes are those of `Costs`.
+    Time is asked in two places only: where samples would take longer than as many of all pixels there are fewer; and on
+    many processors or a graphics card, where samples take little time, calls count for more of them.  Parameters and
+    attributes are those of `Costs`.
     """
 
     def __init__(self, size):
@@ -42,23 +42,26 @@ class Counted:
         """Take in how many samples of a pixel a call takes as long as."""
         self.call = _CALL * 4 ** max(round(np.log(max(samples, 1.0) / _CALL) / np.log(4.0)), 0)
 
-    def affordable(self, samples, count):
-        """Part of the samples that take about as long as `count` of all pixels.
+    def affordable(self, samples, calls, count):
+        """Part of some samples and calls that takes about as long as the same samples everywhere.
 
         Parameters
         ----------
         samples : int array, shape (height, width)
             Of each pixel.
+        calls : int
         count : int
+            Samples everywhere.
 
         Returns
         -------
         float
+            1 at most.
         """
         if self._learned < _TELLING:
             return 1.0
-        longer = float((self._seconds * samples).sum()) / max(count * float(self._seconds.sum()), 1e-12)
-        return _STEP ** -max(np.round(np.log(max(longer, 1e-12)) / np.log(_STEP)), 0.0)
+        longer = (self._seconds * samples).sum() / self._seconds.sum() + calls * self.call / samples.size
+        return min(count / max(float(longer), 1e-12), 1.0)
 
     def see(self, noise):
         """Take in which pixels have any noise, (height, width)."""
@@ -115,7 +118,7 @@ class Costs:
     def see(self, noise):
         """Noise says nothing of seconds."""
 
-    def affordable(self, samples, count):
+    def affordable(self, samples, calls, count):
         """Seconds are what they cost already."""
         return 1.0
 

@@ -36,7 +36,7 @@ _SIDE = 8
 _ACROSS = 160
 
 # Share of the whole that may go into calls which tell where samples cost how much, and how many these are at most.
-_SURVEY = 0.03
+_SURVEY = 0.01
 _MOST_TILES = 256
 
 # Rates must leave less than this share of the error of the same samples everywhere, or all pixels go on together: their
@@ -227,7 +227,8 @@ def rounds(goal, base, seen, costs, elapsed):
     squares, wish, wanted = chosen
     levels = np.zeros(squares.areas.shape, int)
     if goal.seconds is None:
-        yield _shots(steps, squares, levels, wanted)
+        if wanted.any():
+            yield _shots(steps, squares, levels, wanted)
         return
     for level in range(steps.top):
         # What samples cost is known better after each round, so the rest is planned anew; noise is not judged again.
@@ -277,7 +278,8 @@ def _chosen_squares(steps, variance, size, costs, seconds):
         wish = rates.wishes(variance, prices, squares)
         levels = np.zeros(squares.areas.shape, int)
         wanted = _planned(squares, wish, prices, levels, steps, steps.top, seconds, costs)
-        part = costs.affordable(squares.spread(steps.samples(wanted)), even)
+        taken = squares.spread(steps.base + steps.further(levels, wanted))
+        part = costs.affordable(taken, len(_shots(steps, squares, levels, wanted)), even)
         if part < 1.0:
             spent = steps.base * costs.sample
             left = part * (spent + seconds) - spent
