@@ -181,7 +181,6 @@ def _real_effort(options: argparse.Namespace) -> real_measuring.Effort:
         options.reference_samples,
         20 if options.quick else options.reference_seconds,
         options.native_only,
-        options.old_times,
         tuple(options.options),
     )
 
@@ -349,7 +348,6 @@ def _parser() -> argparse.ArgumentParser:
     files.add_argument("--seeds", type=int, default=1, help="pictures at each setting")
     files.add_argument("--repeats", type=int, default=1, help="how often each picture is rendered, for its time")
     files.add_argument("--native-only", action="store_true", help="leave ours out")
-    files.add_argument("--old-times", action="store_true", help="Cycles' renders from any earlier run, not beside ours")
     files.add_argument("--json", type=Path, metavar="FILE", help="write all figures")
     files.add_argument(
         "--reference-samples",

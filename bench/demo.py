@@ -9,6 +9,7 @@ import matplotlib.pyplot as plt
 from bench import side_by_side
 from bench.doc_parts import renew, write_picture
 from bench.equal_time import is_near, value_in_time
+from bench.jobs import engine_state
 from bench.metrics import SIGMAS
 from bench.real_figures import error_maps, seen
 from bench.real_renders import NATIVE, OURS, REFERENCE, REFERENCE_SEEDS, THRESHOLD, Render, Result, rendered
@@ -53,13 +54,13 @@ def make(scene: SceneFile, width: int, threshold: float, reference_samples: int,
         return rendered(scene, width, render)
 
     def native(value: float) -> Result:
-        return picture(CYCLES, Render(NATIVE, THRESHOLD, value, denoise=True))
+        return picture(CYCLES, Render(NATIVE, THRESHOLD, value, denoise=True, beside=engine_state()))
 
     ours = picture(TILES, Render(OURS, THRESHOLD, threshold, denoise=True))
     first = native(threshold)
     known = [(threshold, first.processor)]
     other = value_in_time(THRESHOLD, known, ours.processor, lambda value: native(value).processor, _TRIES)
-    same_time = rendered(scene, width, Render(NATIVE, THRESHOLD, other, denoise=True))
+    same_time = rendered(scene, width, Render(NATIVE, THRESHOLD, other, denoise=True, beside=engine_state()))
     results = {CYCLES: first, SAME_TIME: same_time, TILES: ours}
     thresholds = {CYCLES: threshold, SAME_TIME: other, TILES: threshold}
     halves = [

@@ -43,9 +43,6 @@ class Effort:
         Largest samples a pixel of each half of a reference, and the processor time that it should not exceed by much.
     native_only : bool
         Leave ours out.
-    old_times : bool
-        Take native Cycles' renders from any earlier run, not from beside this state of ours: half the renders, but
-        times of a machine that may have been busier or idler.
     options : tuple of (str, str)
         Settings of ours by name.
     """
@@ -58,13 +55,12 @@ class Effort:
     reference_samples: int = 1024
     reference_seconds: int = 60
     native_only: bool = False
-    old_times: bool = False
     options: tuple[tuple[str, str], ...] = ()
 
     @property
     def beside(self) -> str:
         """What of ours native renders are timed beside, empty for none."""
-        if self.native_only or self.old_times:
+        if self.native_only:
             return ""
         return "_".join((engine_state(), *(f"{name}_{value}" for name, value in self.options)))
 

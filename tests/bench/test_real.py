@@ -174,7 +174,6 @@ def test_pairs_take_turns_in_going_first():
     assert [render.engine for render in renders[:4]] == [NATIVE, OURS, OURS, NATIVE]
     assert len(renders) == len(set(renders)) == 12
     assert {render.beside for render in renders if render.engine == NATIVE} == {engine_state()}
-    assert {render.beside for render in Effort(old_times=True).renders()} == {""}
     assert {render.engine for render in Effort(native_only=True).renders()} == {NATIVE}
 
 
