@@ -1,12 +1,21 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Blender's half of Spectral Tiles: a switch in Cycles that takes samples where they are needed."""
 
-# Blender's module makes Cycles' own known; `cycles` is a wing of ours, here.
-import bpy  # noqa: F401
-from cycles import engine as cycles_engine
+import bpy
 
-from . import interface, persistence, settings, switch
-from .blender import main_thread
+OLDEST_BLENDER = (5, 2, 0)
+
+if bpy.app.version < OLDEST_BLENDER:
+    raise RuntimeError(
+        f"Spectral Tiles needs Blender {'.'.join(map(str, OLDEST_BLENDER[:2]))} LTS or newer, "
+        f"this is {bpy.app.version_string}"
+    )
+
+# What follows uses what older versions do not have.  `cycles` is a wing of ours, here.
+from cycles import engine as cycles_engine  # noqa: E402
+
+from . import interface, persistence, settings, switch  # noqa: E402
+from .blender import main_thread  # noqa: E402
 
 _MODULES = (settings, main_thread, switch, persistence, *interface.REGISTERED)
 

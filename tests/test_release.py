@@ -2,6 +2,8 @@
 """The extension's archive builds, installs into a fresh Blender profile and renders; its versions and notes agree."""
 
 import shutil
+import subprocess
+import sys
 import zipfile
 
 import pytest
@@ -54,3 +56,11 @@ def test_versions_that_differ_are_named(tmp_path, monkeypatch):
     monkeypatch.setattr(release, "ROOT", tmp_path)
     with pytest.raises(ValueError, match=r"blender_manifest.toml has 9\.9\.9"):
         release.agreed_version()
+
+
+def test_older_blender_is_refused_by_name():
+    older = "import sys, types; app = types.SimpleNamespace(version=(4, 5, 0), version_string='4.5.0 LTS')"
+    code = f"{older}; sys.modules['bpy'] = types.SimpleNamespace(app=app); import addon"
+    done = subprocess.run([sys.executable, "-c", code], cwd=ROOT, capture_output=True, text=True)
+    assert done.returncode == 1
+    assert done.stderr.splitlines()[-1].endswith("Spectral Tiles needs Blender 5.2 LTS or newer, this is 4.5.0 LTS")
