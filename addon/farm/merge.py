@@ -21,6 +21,9 @@ _OF_ONE_RENDER = re.compile(r"Date|RenderTime|cycles\..*time|openexr:chunkCount|
 # Components of a pass of Cryptomatte: two identifiers, each with its coverage.
 _RANKS = ("r", "g", "b", "a")
 
+# OpenEXR's compressions that keep every bit.
+_LOSSLESS = {"", "none", "rle", "zip", "zips", "piz"}
+
 
 def merge(files, path):
     """Merge the layers of a frame; the result does not depend on their order.
@@ -127,7 +130,7 @@ def _write(path, layer, pixels):
         specs.append(kept)
     specs[0].attribute(PREFIX + "subset", f"0 {layer.samples}")
     specs[0].attribute(seal.NAME, seal.OPEN)
-    with atomic_file.written_whole(path, lambda written: openimageio.check(str(written))) as temporary:
+    with atomic_file.written_whole(path, lambda written: _check_written(str(written), specs, pixels)) as temporary:
         output = oiio.ImageOutput.create(str(temporary))
         written = bool(output) and output.open(str(temporary), tuple(specs))
         column = 0
@@ -140,3 +143,16 @@ def _write(path, layer, pixels):
         if not (written and output.close()):
             raise OSError(messages.one_line(output.geterror() if output else oiio.geterror(), 80))
         seal.seal(temporary)
+
+
+def _check_written(path, specs, pixels):
+    """Raise ValueError unless a picture can be read to its end, and holds these pixels."""
+    image, found = openimageio.opened(path)
+    shapes, wanted = ([(spec.width, spec.height, spec.nchannels) for spec in parts] for parts in (found, specs))
+    if shapes != wanted:
+        raise ValueError("its parts are others")
+    is_exact = all(spec.format == "float" and spec.get_string_attribute("compression") in _LOSSLESS for spec in found)
+    for band in bands(len(pixels)):
+        read = openimageio.rows(image, found, band)
+        if is_exact and not np.array_equal(read, pixels[band], equal_nan=True):
+            raise ValueError("its pixels are others")
