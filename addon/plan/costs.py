@@ -36,7 +36,8 @@ class Counted:
         """Take in how long a call has taken; parameters as of `Costs.learn`."""
         known = self._seconds[part]
         known[...] = seconds / (count * known.size)
-        self._learned += seconds
+        # A call for the whole picture tells nothing of its parts, and the first one waits for the scene.
+        self._learned = self._learned + seconds if known.size < self.pixels.size else 0.0
 
     def weigh_call(self, samples):
         """Take in how many samples of a pixel a call takes as long as."""

@@ -154,8 +154,7 @@ def _power_of_two_to(count):
 def opening(goal, base, size, costs):
     """The samples of all pixels from the first call's up to the base, whose halves tell noise.
 
-    If time is limited, or what samples of all pixels take is to be spent, the second half is rendered in tiles, whose
-    times tell where samples cost how much.
+    The second half is rendered in tiles, whose times tell where samples cost how much.
 
     Parameters
     ----------
