@@ -87,10 +87,10 @@ class Squares:
     def __init__(self, size, side):
         self.size = size
         self._x, self._y = (np.arange(0, length, side) for length in size)
-        widths, heights = (
+        self._widths, self._heights = (
             np.diff(edges, append=length) for edges, length in zip((self._x, self._y), size, strict=True)
         )
-        self.areas = np.outer(heights, widths).astype(float)
+        self.areas = np.outer(self._heights, self._widths).astype(float)
 
     def sums(self, pixels):
         """Sums over squares of values of pixels, (height, width) -> (rows, columns)."""
@@ -99,8 +99,7 @@ class Squares:
 
     def spread(self, values):
         """Values of squares as those of their pixels, (rows, columns) -> (height, width)."""
-        rows = np.repeat(values, np.diff(self._y, append=self.size[1]), axis=0)
-        return np.repeat(rows, np.diff(self._x, append=self.size[0]), axis=1)
+        return values.repeat(self._heights, axis=0).repeat(self._widths, axis=1)
 
     def rectangles(self, wanted):
         """Few rectangles that cover the wanted squares, and only these.
