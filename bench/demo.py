@@ -53,14 +53,18 @@ def make(scene: SceneFile, width: int, threshold: float, reference_samples: int,
         progress.step(f"{scene.name}: {name}, {render.setting}")
         return rendered(scene, width, render)
 
-    def native(value: float) -> Result:
-        return picture(CYCLES, Render(NATIVE, THRESHOLD, value, denoise=True, beside=engine_state()))
+    def native(value: float) -> Render:
+        return Render(NATIVE, THRESHOLD, value, denoise=True, beside=engine_state())
 
     ours = picture(TILES, Render(OURS, THRESHOLD, threshold, denoise=True))
-    first = native(threshold)
+    first = picture(CYCLES, native(threshold))
     known = [(threshold, first.processor)]
-    other = value_in_time(THRESHOLD, known, ours.processor, lambda value: native(value).processor, _TRIES)
-    same_time = rendered(scene, width, Render(NATIVE, THRESHOLD, other, denoise=True, beside=engine_state()))
+
+    def seconds(value: float) -> float:
+        return picture(CYCLES, native(value)).processor
+
+    other = value_in_time(THRESHOLD, known, ours.processor, seconds, _TRIES)
+    same_time = rendered(scene, width, native(other))
     results = {CYCLES: first, SAME_TIME: same_time, TILES: ours}
     thresholds = {CYCLES: threshold, SAME_TIME: other, TILES: threshold}
     halves = [
