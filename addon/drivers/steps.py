@@ -4,7 +4,7 @@
 from ..blender import failure
 from ..blender.refusal import Refused
 from ..cycles import denoiser, passes
-from ..picture import control_variates
+from ..picture import control_variates, denoiser_bias
 from ..picture.nonnegative import nonnegative
 from ..picture.picture import Picture
 
@@ -57,4 +57,15 @@ def finish(session, frame, picture):
     except Refused as refused:
         failure.report(engine, str(refused))
     else:
-        passes.write(engine, frame.region, name, picture.passes | clean)
+        passes.write(engine, frame.region, name, picture.passes | _without_bias(noisy, clean))
+
+
+def _without_bias(noisy, clean):
+    """Denoised passes, with what the samples say that the denoiser was wrong to take."""
+    if noisy.parts is None:
+        return clean
+    view = noisy.first_view
+    before, after = (passes.NOISY["Combined"], view), ("Combined", view)
+    denoised = noisy.with_passes(clean)
+    light = denoiser_bias.reduced(noisy.light_of(before)[:3], denoised.light_of(after)[:3], noisy.parts)
+    return clean | {after: denoised.with_light_of({after: light}).passes[after]}

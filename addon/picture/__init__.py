@@ -4,6 +4,7 @@
 __all__ = [
     "accumulation",
     "control_variates",
+    "denoiser_bias",
     "noise_blocks",
     "nonnegative",
     "picture",

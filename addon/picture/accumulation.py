@@ -22,7 +22,8 @@ class Accumulation:
     Attributes
     ----------
     half : float32 array, shape (height, width, channels), or None
-        Mean of the first half of each pixel's samples, in the first view of the light; where these have doubled once.
+        Mean of about the first half of each pixel's samples, or of those that were replaced, in the first view of the
+        light; where a pixel was rendered more than once.
     counts : float32 array, shape (height, width, 1)
         Samples of each pixel.
     """
@@ -31,6 +32,8 @@ class Accumulation:
         self.size, self.kinds, self._light = size, kinds, light
         self.half = None
         self.counts = np.zeros((*size[::-1], 1), np.float32)
+        # Samples of the half that are in the sums; below 0 where there is no half.
+        self._held = np.full_like(self.counts, -1.0)
         self._sums = {}
 
     def add(self, part, passes, first, count):
@@ -45,10 +48,11 @@ class Accumulation:
         first, count : int
             First sample, and how many.
         """
-        if first == count:
+        if self._sums and count >= first:
             if self.half is None:
                 self.half = np.zeros_like(self._light_sums)
             self.half[part] = self._light_sums[part] / self.counts[part]
+            self._held[part] = first
         for key, pixels in passes.items():
             if key not in self._sums:
                 self._sums[key] = np.zeros((*self.size[::-1], pixels.shape[2]), np.float32)
@@ -78,9 +82,22 @@ class Accumulation:
         """Mean of the light in the first view, (height, width, channels)."""
         return self._light_sums / self.counts
 
+    @property
+    def parts(self):
+        """The light's red, green and blue by some of each pixel's samples, and by others: (3, height, width) each.
+
+        None unless every pixel was rendered in parts.
+        """
+        if (self._held < 0.0).any():
+            return None
+        sums, held = self._light_sums[..., :3], self._held
+        others = (sums - held * self.half[..., :3]) / (self.counts - held)
+        return tuple(np.ascontiguousarray(light.transpose(2, 0, 1)) for light in (self.half[..., :3], others))
+
     def picture(self):
         """All samples together, as a `Picture`; the sums become its pixels, so nothing more can be added."""
         # Those that are divided by a colour come first: both are sums over the same samples.
+        parts = self.parts
         for key, sums in self._sums.items():
             if by := self._divisor(key, self._sums):
                 colour = self._sums[by]
@@ -93,4 +110,4 @@ class Accumulation:
             elif kind not in {Kind.FIRST_SAMPLE, Kind.CRYPTOMATTE} and not self._divisor(key, self._sums):
                 sums /= self.counts
         passes = {key: pixels.reshape(-1, pixels.shape[2]) for key, pixels in self._sums.items()}
-        return Picture(passes, self.kinds, self.size)
+        return Picture(passes, self.kinds, self.size, parts)

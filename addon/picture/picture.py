@@ -21,11 +21,14 @@ class Picture:
         By pass name.
     size : (int, int)
         Width and height in pixels.
+    parts : pair of float32 array, shape (3, height, width), or None
+        The light of the first view that a denoiser takes, by some of each pixel's samples, and by others.
     """
 
     passes: dict
     kinds: dict
     size: tuple[int, int]
+    parts: tuple | None = None
 
     def of_kind(self, *kinds):
         """Keys of the passes of some kinds."""
