@@ -5,14 +5,16 @@ Every call is Cycles' own render of a border and a sample subset, so this works 
 and each pixel's samples are those that it would have natively.
 """
 
+import contextlib
 import time
 
 import bpy
 import numpy as np
 
 from ..blender.display import Picture
+from ..blender.refusal import Refused
 from ..blender.region import Rectangle, Region
-from ..cycles import passes, sampling
+from ..cycles import denoiser, passes, sampling
 from ..cycles.session import LARGEST, Shot
 from ..farm import layers
 from ..picture.accumulation import Accumulation
@@ -30,6 +32,9 @@ _SHOWN_EVERY, _SHOWN_TIMES = 0.5, 20.0
 
 # Side of a square, and samples of its pixels, that tell what a call costs.
 _TRIED = 8
+
+# Part of a time limit that samples have at least, however long the denoiser takes.
+_LEAST_PART = 0.25
 
 
 def suit(scene, layer, sampling):
@@ -49,7 +54,7 @@ def render(session, frame):
     plan = Plan.in_place(sampled.frame_seed, frame.region)
     passes.add_divisors(engine, session.layer)
     steps.add_guides(session, frame)
-    goal = goal_of(sampled)
+    goal = _goal(session, frame)
     # What is to be denoised comes under another name, and Combined stays empty until then.
     light = passes.NOISY["Combined"] if frame.denoise else "Combined"
     growing = grown(session, goal, lambda: time.perf_counter() - begun, light)
@@ -77,9 +82,14 @@ def _shots(goal, growing):
     yield from follow or rounds.rounds(goal, base, growing, costs, growing.spent)
 
 
-def goal_of(sampling):
-    """The goal that Cycles' settings mean."""
-    return rounds.Goal(sampling.samples, sampling.threshold, sampling.least, sampling.time_limit or None)
+def _goal(session, frame):
+    """The goal that Cycles' settings mean; a part of a time limit is the denoiser's."""
+    sampled, seconds = frame.sampling, frame.sampling.time_limit
+    if seconds and frame.denoise:
+        with contextlib.suppress(Refused):  # the denoiser says so itself when its turn comes
+            denoising = denoiser.seconds(session.original_scene, session.original_layer, frame.region.pixels)
+            seconds = max(seconds - denoising, _LEAST_PART * seconds)
+    return rounds.Goal(sampled.samples, sampled.threshold, sampled.least, seconds or None)
 
 
 class Growing:
