@@ -119,6 +119,7 @@ class Growing:
         self._clock = time.process_time if is_processors else elapsed
         self._samples = 0
         self._show_from = 0.0
+        self._names = None
         # Seconds, calls and samples of the last shots.
         self._last = 0.0, 0, 0
         self.sums = None
@@ -140,7 +141,10 @@ class Growing:
         found = self.session.call(then_rectangles=True)
         taken = self._clock() - begun
         width, height = self.size
-        kinds = passes.kinds(self.session.original_layer, {name for name, _ in found})
+        names = {name for name, _ in found}
+        kinds = passes.kinds(self.session.original_layer, names)
+        # What is denoised in the end is empty until then.
+        self._names = names if self._light == "Combined" else names - {"Combined"}
         self.sums = Accumulation(self.size, kinds, self._light)
         everything = Rectangle(0, 0, width, height).part
         self.sums.add(everything, {key: pixels.reshape(height, width, -1) for key, pixels in found.items()}, 0, count)
@@ -160,7 +164,7 @@ class Growing:
         left, bottom = (self.size[0] - width) // 2, (self.size[1] - height) // 2
         asked = [Shot(Rectangle(left, bottom, width, height), self._goal.length, 0, count)] * 3
         begun, least = self._elapsed(), np.inf
-        for _ in self.session.call_rectangles(asked):
+        for _ in self.session.call_rectangles(asked, self._names):
             now = self._elapsed()
             least, begun = min(least, now - begun), now
         return least
@@ -196,7 +200,7 @@ class Growing:
         asked = [Shot(Rectangle(*rectangle), *samples) for rectangle, *samples in shots]
         whole = self._whole(asked)
         begun, wall = self._clock(), self._elapsed()
-        for shot, found in zip(asked, self.session.call_rectangles(asked), strict=True):
+        for shot, found in zip(asked, self.session.call_rectangles(asked, self._names), strict=True):
             if self.session.engine.test_break():
                 return False
             part = shot.rectangle.part
