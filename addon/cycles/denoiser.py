@@ -8,6 +8,7 @@ afterwards, with the scene's denoiser, guiding passes, prefilter and quality (`s
 import itertools
 import os
 import tempfile
+import time
 
 import _cycles
 import bpy
@@ -16,6 +17,9 @@ import numpy as np
 from ..blender import openimageio
 from ..blender.refusal import Refused
 from .passes import NOISY
+
+# Sides of two squares that tell how long pictures take: what is the same for both is not the pixels'.
+_TRIED = 64, 160
 
 _ALBEDO, _NORMAL = "Denoising Albedo", "Denoising Normal"
 
@@ -76,17 +80,30 @@ def denoise(scene, layer, region, passes):
     for (name, noisy), view in itertools.product(NOISY.items(), dict.fromkeys(view for _, view in passes)):
         if (noisy, view) in passes:
             clean = passes[noisy, view].copy()
-            clean[:, :3] = _denoise(scene, layer, region, clean[:, :3], passes[_NORMAL, view], passes[_ALBEDO, view])
+            guides = passes[_NORMAL, view], passes[_ALBEDO, view]
+            clean[:, :3] = _denoise(scene, layer, region.size, clean[:, :3], *guides)
             denoised[name, view] = clean
     return denoised
 
 
-def _denoise(scene, layer, region, color, normal, albedo):
+def seconds(scene, layer, pixels):
+    """About how long it takes to denoise so many pixels, as two small pictures tell; parameters as of `denoise`."""
+    found = []
+    for side in _TRIED:
+        grey = np.full((side**2, 3), 0.5, np.float32)
+        begun = time.perf_counter()
+        _denoise(scene, layer, (side, side), grey, grey, grey)
+        found.append(time.perf_counter() - begun)
+    small, large = (side**2 for side in _TRIED)
+    return found[1] + max(found[1] - found[0], 0.0) * max(pixels - large, 0) / (large - small)
+
+
+def _denoise(scene, layer, size, color, normal, albedo):
     oiio = openimageio.load()
     with tempfile.TemporaryDirectory(prefix="spectral_tiles_", dir=bpy.app.tempdir) as folder:
         path = os.path.join(folder, "denoise.exr")
         # Written by a function of its own: the copy of all channels is gone while the denoiser takes its memory.
-        _write(path, region, np.concatenate([color, normal, albedo, np.zeros((len(color), 4), np.float32)], axis=1))
+        _write(path, size, np.concatenate([color, normal, albedo, np.zeros((len(color), 4), np.float32)], axis=1))
         try:
             _cycles.denoise(
                 bpy.context.preferences.as_pointer(),
@@ -102,9 +119,9 @@ def _denoise(scene, layer, region, color, normal, albedo):
         return image.get_pixels(oiio.FLOAT)[..., [red, green, blue]].reshape(-1, 3)
 
 
-def _write(path, region, pixels):
+def _write(path, size, pixels):
     # Rows stay bottom up, as Cycles' own denoising sees them: the denoiser is not quite symmetric.
-    image = openimageio.load().ImageBuf(pixels.reshape(*region.size[::-1], len(_CHANNELS)))
+    image = openimageio.load().ImageBuf(pixels.reshape(*size[::-1], len(_CHANNELS)))
     spec = image.specmod()
     spec.channelnames = _CHANNELS
     spec.attribute("compression", "none")

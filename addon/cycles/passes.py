@@ -114,7 +114,7 @@ def _missing_divisors(layer):
     return missing
 
 
-def read(engine, layer_name, names=None):
+def read(engine, layer_name, names=None, buffers=None):
     """Passes of one view layer of the engine's result.
 
     Parameters
@@ -123,6 +123,8 @@ def read(engine, layer_name, names=None):
     layer_name : str
     names : collection of str, optional
         The passes that are wanted; all by default.
+    buffers : dict, optional
+        What an earlier call has returned, to be overwritten: memory that is new costs more than what is copied there.
 
     Returns
     -------
@@ -133,12 +135,13 @@ def read(engine, layer_name, names=None):
     layer = result.layers[layer_name]
     views = result.views.keys()
     pixels = result.resolution_x * result.resolution_y
-    found = {}
+    found = {} if buffers is None else buffers
     for render_pass in layer.passes:
         if names is None or render_pass.name in names:
-            buffer = np.empty(pixels * render_pass.channels, np.float32)
-            render_pass.rect.foreach_get(buffer)
-            found[render_pass.name, views[render_pass.view_id]] = buffer.reshape(pixels, render_pass.channels)
+            key = render_pass.name, views[render_pass.view_id]
+            if key not in found:
+                found[key] = np.empty((pixels, render_pass.channels), np.float32)
+            render_pass.rect.foreach_get(found[key].reshape(-1))
     return found
 
 

@@ -143,24 +143,27 @@ class Session:
             cycles.render_frame_finish(self.engine)  # puts Cycles' own tiles together
         return passes.read(self.engine, self.layer_name, names)
 
-    def call_rectangles(self, shots):
+    def call_rectangles(self, shots, names=None):
         """Render some samples of rectangles of the region, one after the other, after a `call`.
 
         Parameters
         ----------
         shots : sequence of Shot
+        names : collection of str, optional
+            The passes that are wanted; all by default.
 
         Yields
         ------
         dict
-            For each, (pass name, view name) -> float32 array (height, width, channels).
+            For each, (pass name, view name) -> float32 array (height, width, channels), which the next overwrites.
         """
         width, height = self.region.size
         # Until here the border is that of a single pixel.
         self._shoot(Shot(_PIXEL, shots[0].length, 0, 1), shots[0].rectangle)
+        found = {}
         for shot, following in zip(shots, [*(shot.rectangle for shot in shots[1:]), _PIXEL], strict=True):
             self._shoot(shot, following)
-            found = passes.read(self.engine, self.layer_name)
+            found = passes.read(self.engine, self.layer_name, names, found)
             yield {
                 key: pixels.reshape(height, width, -1)[: shot.rectangle.height, : shot.rectangle.width]
                 for key, pixels in found.items()

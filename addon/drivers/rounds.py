@@ -5,14 +5,16 @@ Every call is Cycles' own render of a border and a sample subset, so this works 
 and each pixel's samples are those that it would have natively.
 """
 
+import contextlib
 import time
 
 import bpy
 import numpy as np
 
 from ..blender.display import Picture
+from ..blender.refusal import Refused
 from ..blender.region import Rectangle, Region
-from ..cycles import passes, sampling
+from ..cycles import denoiser, passes, sampling
 from ..cycles.session import LARGEST, Shot
 from ..farm import layers
 from ..picture.accumulation import Accumulation
@@ -30,6 +32,9 @@ _SHOWN_EVERY, _SHOWN_TIMES = 0.5, 20.0
 
 # Side of a square, and samples of its pixels, that tell what a call costs.
 _TRIED = 8
+
+# Part of a time limit that samples have at least, however long the denoiser takes.
+_LEAST_PART = 0.25
 
 
 def suit(scene, layer, sampling):
@@ -49,7 +54,7 @@ def render(session, frame):
     plan = Plan.in_place(sampled.frame_seed, frame.region)
     passes.add_divisors(engine, session.layer)
     steps.add_guides(session, frame)
-    goal = goal_of(sampled)
+    goal = _goal(session, frame)
     # What is to be denoised comes under another name, and Combined stays empty until then.
     light = passes.NOISY["Combined"] if frame.denoise else "Combined"
     growing = grown(session, goal, lambda: time.perf_counter() - begun, light)
@@ -77,9 +82,14 @@ def _shots(goal, growing):
     yield from follow or rounds.rounds(goal, base, growing, costs, growing.spent)
 
 
-def goal_of(sampling):
-    """The goal that Cycles' settings mean."""
-    return rounds.Goal(sampling.samples, sampling.threshold, sampling.least, sampling.time_limit or None)
+def _goal(session, frame):
+    """The goal that Cycles' settings mean; a part of a time limit is the denoiser's."""
+    sampled, seconds = frame.sampling, frame.sampling.time_limit
+    if seconds and frame.denoise:
+        with contextlib.suppress(Refused):  # the denoiser says so itself when its turn comes
+            denoising = denoiser.seconds(session.original_scene, session.original_layer, frame.region.pixels)
+            seconds = max(seconds - denoising, _LEAST_PART * seconds)
+    return rounds.Goal(sampled.samples, sampled.threshold, sampled.least, seconds or None)
 
 
 class Growing:
@@ -109,6 +119,7 @@ class Growing:
         self._clock = time.process_time if is_processors else elapsed
         self._samples = 0
         self._show_from = 0.0
+        self._names = None
         # Seconds, calls and samples of the last shots.
         self._last = 0.0, 0, 0
         self.sums = None
@@ -130,7 +141,10 @@ class Growing:
         found = self.session.call(then_rectangles=True)
         taken = self._clock() - begun
         width, height = self.size
-        kinds = passes.kinds(self.session.original_layer, {name for name, _ in found})
+        names = {name for name, _ in found}
+        kinds = passes.kinds(self.session.original_layer, names)
+        # What is denoised in the end is empty until then.
+        self._names = names if self._light == "Combined" else names - {"Combined"}
         self.sums = Accumulation(self.size, kinds, self._light)
         everything = Rectangle(0, 0, width, height).part
         self.sums.add(everything, {key: pixels.reshape(height, width, -1) for key, pixels in found.items()}, 0, count)
@@ -150,7 +164,7 @@ class Growing:
         left, bottom = (self.size[0] - width) // 2, (self.size[1] - height) // 2
         asked = [Shot(Rectangle(left, bottom, width, height), self._goal.length, 0, count)] * 3
         begun, least = self._elapsed(), np.inf
-        for _ in self.session.call_rectangles(asked):
+        for _ in self.session.call_rectangles(asked, self._names):
             now = self._elapsed()
             least, begun = min(least, now - begun), now
         return least
@@ -186,7 +200,7 @@ class Growing:
         asked = [Shot(Rectangle(*rectangle), *samples) for rectangle, *samples in shots]
         whole = self._whole(asked)
         begun, wall = self._clock(), self._elapsed()
-        for shot, found in zip(asked, self.session.call_rectangles(asked), strict=True):
+        for shot, found in zip(asked, self.session.call_rectangles(asked, self._names), strict=True):
             if self.session.engine.test_break():
                 return False
             part = shot.rectangle.part

@@ -7,23 +7,19 @@ import numpy as np
 # moment is not believed at once.
 _SURPRISE = 4.0
 
-
 # Seconds that calls have taken, from which on these tell more than chance.
 _TELLING = 0.5
 
 # How many samples of a pixel a call takes as long as, at least: on two processors, if they are quick ones.
 _CALL = 1000
 
-# What a sample costs where none differs from another, as of a background: next to nothing beside one of a surface.
-_IDLE = 0.1
-
 
 class Counted:
     """Costs in samples of a pixel instead of seconds.
 
-    Time is asked in two places only: where samples would take longer than as many of all pixels there are fewer; and on
-    many processors or a graphics card, where samples take little time, calls count for more of them.  Parameters and
-    attributes are those of `Costs`.
+    Time is asked in two places only: where samples take longer, each counts for more; and on many processors or a
+    graphics card, where samples take little time, calls count for more of them.  Parameters and attributes are those of
+    `Costs`.
     """
 
     def __init__(self, size):
@@ -43,30 +39,10 @@ class Counted:
         """Take in how many samples of a pixel a call takes as long as."""
         self.call = _CALL * 4 ** max(round(np.log(max(samples, 1.0) / _CALL) / np.log(4.0)), 0)
 
-    def affordable(self, samples, calls, count):
-        """Part of some samples and calls that takes about as long as the same samples everywhere.
-
-        Parameters
-        ----------
-        samples : int array, shape (height, width)
-            Of each pixel.
-        calls : int
-        count : int
-            Samples everywhere.
-
-        Returns
-        -------
-        float
-            1 at most.
-        """
-        if self._learned < _TELLING:
-            return 1.0
-        longer = (self._seconds * samples).sum() / self._seconds.sum() + calls * self.call / samples.size
-        return min(count / max(float(longer), 1e-12), 1.0)
-
-    def see(self, noise):
-        """Take in which pixels have any noise, (height, width)."""
-        self.pixels = np.where(noise > 0.0, 1.0, _IDLE)
+    def settle(self):
+        """From now on samples of each pixel cost what was learned, 1 in the mean."""
+        if self._learned >= _TELLING:
+            self.pixels = self._seconds / max(self._seconds.mean(), 1e-30)
 
     @property
     def sample(self):
@@ -116,12 +92,8 @@ class Costs:
             ratio = spent / max(count * known.sum(), 1e-12)
             known *= np.clip(ratio, 1.0 / _SURPRISE, _SURPRISE)
 
-    def see(self, noise):
-        """Noise says nothing of seconds."""
-
-    def affordable(self, samples, calls, count):
-        """Seconds are what they cost already."""
-        return 1.0
+    def settle(self):
+        """What is learned holds at once."""
 
     @property
     def sample(self):

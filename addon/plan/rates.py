@@ -22,8 +22,9 @@ _BRIGHTEST = 4.0
 # Luminance below which noise is hardly seen.
 _DARKEST = 0.01
 
-# Samples grow with this power of the variance over the cost.  One half leaves the least mean square error if that falls
-# like 1 / n and the variance is known; it falls faster in most scenes, and is guessed.
+# Samples grow with this power of the variance.  One half leaves the least mean square error if that falls like 1 / n
+# and the variance is known; it falls faster in most scenes, and is guessed.  Where samples take longer there should be
+# fewer, but that is where the error falls slowly, too: on real files both even out.
 _POWER = 0.35
 
 # Share of the picture's mean variance that every square is credited with: its neighbours may be silent by chance.
@@ -96,10 +97,6 @@ class Squares:
         """Sums over squares of values of pixels, (height, width) -> (rows, columns)."""
         rows = np.add.reduceat(pixels, self._y, axis=0, dtype=float)
         return np.add.reduceat(rows, self._x, axis=1)
-
-    def spread(self, values):
-        """Values of squares as those of their pixels, (rows, columns) -> (height, width)."""
-        return values.repeat(self._heights, axis=0).repeat(self._widths, axis=1)
 
     def rectangles(self, wanted):
         """Few rectangles that cover the wanted squares, and only these.
@@ -187,23 +184,20 @@ def _finite(values):
     return np.where(np.isfinite(values), values, 0.0)
 
 
-def wishes(variance, costs, squares):
+def wishes(variance, squares):
     """How many doublings more than others each square would have, if these could be any number.
 
     Parameters
     ----------
     variance : float array, shape (height, width)
         Of a single sample of each pixel.
-    costs : float array, shape (rows, columns)
-        Seconds of one sample of all pixels of each square.
     squares : Squares
 
     Returns
     -------
     float array, shape (rows, columns)
     """
-    guess = guessed(squares.sums(variance), squares.areas)
-    return _POWER * np.log2(guess * squares.areas / np.maximum(costs, 1e-30))
+    return _POWER * np.log2(guessed(squares.sums(variance), squares.areas))
 
 
 def guessed(sums, areas):

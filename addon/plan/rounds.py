@@ -39,10 +39,6 @@ _ACROSS = 160
 _SURVEY = 0.01
 _MOST_TILES = 256
 
-# Rates must leave less than this share of the error of the same samples everywhere, or all pixels go on together: their
-# samples are then stratified together, too.
-_WORTH = 0.97
-
 # What a square's own noise may say of the rates, in times of what the squares around foretell: were a firefly to decide
 # about the whole picture, and so about its own samples, the picture would lose light.
 _MOST_SAY = 2.0
@@ -213,7 +209,7 @@ def rounds(goal, base, seen, costs, elapsed):
         yield from evenly(goal, base, goal.samples, seen.size, costs, elapsed)
         return
     variance = base * rates.visible_variance(seen.mean, seen.half)
-    costs.see(variance)
+    costs.settle()
     mean = goal.samples if goal.threshold is None else _needed(goal, base, seen, costs)
     end = elapsed() + costs.sample * (mean - base)
     if goal.seconds is not None:
@@ -271,18 +267,12 @@ def evenly(goal, count, mean, size, costs, elapsed):
 def _chosen_squares(steps, variance, size, costs, seconds):
     """Squares, wishes and levels of the side that promises most; None if the same samples everywhere do as well."""
     even = min(steps.base + seconds / costs.sample, steps.most)
-    least, chosen = _WORTH, None
+    least, chosen = 1.0, None
     for squares in _sides(size):
         prices = squares.sums(costs.pixels)
-        wish = rates.wishes(variance, prices, squares)
+        wish = rates.wishes(variance, squares)
         levels = np.zeros(squares.areas.shape, int)
         wanted = _planned(squares, wish, prices, levels, steps, steps.top, seconds, costs)
-        taken = squares.spread(steps.base + steps.further(levels, wanted))
-        part = costs.affordable(taken, len(_shots(steps, squares, levels, wanted)), even)
-        if part < 1.0:
-            spent = steps.base * costs.sample
-            left = part * (spent + seconds) - spent
-            wanted = _planned(squares, wish, prices, levels, steps, steps.top, left, costs)
         sums = squares.sums(variance)
         judging = np.minimum(sums, _MOST_SAY * squares.areas * rates.guessed(sums, squares.areas))
         ratio = (judging / steps.samples(wanted)).sum() * even / max(judging.sum(), 1e-30)

@@ -178,10 +178,12 @@ def test_cancelled_in_any_round_it_leaves_a_picture(extension, tmp_path, monkeyp
     assert part.mean() == pytest.approx(whole.mean(), rel=0.08)
 
 
-def test_seconds_are_kept(extension, tmp_path):
-    """At most a twentieth or a second more than the limit, denoiser and all."""
-    scene = noisy_scene(160, 120)
-    scene.cycles.time_limit, scene.cycles.samples = 2.0, 100000
+@pytest.mark.parametrize("size", [(160, 120), (800, 600)])
+def test_seconds_are_kept(extension, tmp_path, size):
+    """About a second more than the limit, denoiser and all, which takes several seconds for the larger one."""
+    scene = noisy_scene(*size)
+    scene.cycles.use_denoising = True
+    scene.cycles.time_limit, scene.cycles.samples = 8.0, 100000
     begun = time.perf_counter()
     rendering.render(tmp_path, "SPECTRAL_TILES", 100000)
-    assert time.perf_counter() - begun < 4.0
+    assert time.perf_counter() - begun < 10.0

@@ -141,7 +141,7 @@ def test_where_all_pixels_are_alike_they_go_on_together():
 
 def test_a_threshold_tells_how_many_samples_are_needed():
     inside, quiet = X > 48, X < 20
-    for threshold, most in ((2.0, 24), (0.1, 200), (0.05, 500)):
+    for threshold, most in ((2.0, 32), (0.1, 200), (0.05, 500)):
         picture = rendered(Goal(4096, threshold=threshold), 1, fireflies=np.zeros_like(FIREFLIES))
         taken = picture.counts[inside].mean()
         # Half of the difference of halves has the deviation of the mean.
