@@ -29,8 +29,8 @@ from bench.table import Progress
 from demo_blend import PAPER
 
 DEMO_SCENE = "wheels"
-#: What the demo shows: noise in places, as in most frames.
-SHOWN_SCENE = "interior"
+#: What the demo shows, how wide and at which noise threshold: noise in places, as in most frames.
+SHOWN_SCENE, SHOWN_WIDTH, SHOWN_THRESHOLD = "round_lens", 400, 0.05
 #: Timed by default: the demo, and a scene where a sample costs about three times as much.
 TIMED, TIMED_SIZE = (DEMO_SCENE, "hazy_room"), (1920, 1080)
 #: What Sub-Frames are for, and samples a pixel of their references, two of 256 moments each.
@@ -318,9 +318,9 @@ def _parser() -> argparse.ArgumentParser:
     pictures = commands.add_parser("demo", help="one scene by Cycles and by ours in the same time, as pictures")
     pictures.add_argument("--out", type=Path, required=True, metavar="DIR", help="folder of the pictures")
     pictures.add_argument("--scene", default=SHOWN_SCENE, help="name or .blend file")
-    pictures.add_argument("--width", type=int, default=320, metavar="N", help="of the pictures in pixels, 320")
-    pictures.add_argument("--threshold", type=float, default=0.1, help="Cycles' noise threshold, .1")
-    pictures.add_argument("--reference-samples", type=int, default=64, help="samples a pixel of each reference half")
+    pictures.add_argument("--width", type=int, default=SHOWN_WIDTH, metavar="N", help="of the pictures in pixels, 400")
+    pictures.add_argument("--threshold", type=float, default=SHOWN_THRESHOLD, help="noise threshold of both, .05")
+    pictures.add_argument("--reference-samples", type=int, default=128, help="samples a pixel of each reference half")
     pictures.add_argument("--docs", action="store_true", help="renew README's picture, too")
     pictures.set_defaults(run=_demo)
 
