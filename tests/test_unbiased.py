@@ -45,7 +45,7 @@ def regions(truth):
 @pytest.mark.fuzz
 @pytest.mark.parametrize("name", SCENES)
 def test_samples_by_noise_are_unbiased(extension, tmp_path, monkeypatch, name):
-    monkeypatch.setattr(driver, "_SMALL", 0)
+    monkeypatch.setattr(driver.Growing, "weigh", lambda growing: True)
     monkeypatch.setattr(costs, "_CALL", 4)
     bpy.ops.wm.open_mainfile(filepath=str(Path(demo_blend.__file__).with_name(f"{name}.blend")), load_ui=False)
     scene = bpy.context.scene

@@ -23,9 +23,9 @@ from ..plan.costs import Costs, Counted
 from ..plan.sample_plan import Plan
 from . import steps
 
-# Samples of pixels in all below which a picture takes a second or so, and rates are not worth their calls; nor does
-# their time tell anything.
-_SMALL = 250_000
+# Seconds of the samples that tell where they take long.  If it is less, a picture takes a second or so, and rates are
+# not worth their calls.
+_TELLING = 0.1
 
 # Seconds between pictures in a window, and times what showing one takes: what is less than both is not worth it.
 _SHOWN_EVERY, _SHOWN_TIMES = 0.5, 20.0
@@ -76,10 +76,10 @@ def _shots(goal, growing):
     """All shots but the first, round by round."""
     base, costs = goal.base(growing.costs.sample), growing.costs
     yield from rounds.opening(goal, base, growing.size, costs)
-    growing.weigh_call()
-    is_small = goal.is_mean and goal.samples * costs.sample < _SMALL
-    follow = rounds.evenly(goal, base, goal.samples, growing.size, costs, growing.spent) if is_small else None
-    yield from follow or rounds.rounds(goal, base, growing, costs, growing.spent)
+    if goal.seconds is None and not growing.weigh() and goal.is_mean:
+        yield from rounds.evenly(goal, base, goal.samples, growing.size, costs, growing.spent)
+    else:
+        yield from rounds.rounds(goal, base, growing, costs, growing.spent)
 
 
 def _goal(session, frame):
@@ -163,21 +163,24 @@ class Growing:
         width, height = (min(side, length) for length in self.size)
         left, bottom = (self.size[0] - width) // 2, (self.size[1] - height) // 2
         asked = [Shot(Rectangle(left, bottom, width, height), self._goal.length, 0, count)] * 3
-        begun, least = self._elapsed(), np.inf
+        begun, least = self._clock(), np.inf
         for _ in self.session.call_rectangles(asked, self._names):
-            now = self._elapsed()
+            now = self._clock()
             least, begun = min(least, now - begun), now
         return least
 
-    def weigh_call(self):
-        """See how many samples a call for a small square takes as long as, where samples are counted."""
+    def weigh(self):
+        """Let time tell what samples and calls count for; return whether it tells enough."""
         seconds, calls, samples = self._last
-        if self._goal.seconds is not None or samples < _SMALL:
-            return
+        if seconds < _TELLING:
+            return False
         count = min(_TRIED, self._goal.length)
-        call = self._call_seconds(_TRIED, count)
-        sample = max(seconds - calls * call, 0.5 * seconds) / samples
-        self.costs.weigh_call(call / sample - count * _TRIED**2)
+        call = max(self._call_seconds(_TRIED, count) - count * _TRIED**2 * seconds / samples, 0.0)
+        taken = seconds - calls * call
+        if taken < _TELLING:
+            return False
+        self.costs.weigh(call, taken / samples, (self.mean == self.half).all(axis=2))
+        return True
 
     def show(self):
         """Show the picture so far, if there is a window, as often as can be seen."""
@@ -199,7 +202,7 @@ class Growing:
         """Render shots; return whether more may follow."""
         asked = [Shot(Rectangle(*rectangle), *samples) for rectangle, *samples in shots]
         whole = self._whole(asked)
-        begun, wall = self._clock(), self._elapsed()
+        begun = first = self._clock()
         for shot, found in zip(asked, self.session.call_rectangles(asked, self._names), strict=True):
             if self.session.engine.test_break():
                 return False
@@ -214,7 +217,7 @@ class Growing:
             if not self._may_go_on:
                 return False
         samples = sum(shot.count * shot.rectangle.width * shot.rectangle.height for shot in asked)
-        self._last = self._elapsed() - wall, len(asked), samples
+        self._last = self._clock() - first, len(asked), samples
         return True
 
     def _whole(self, asked):

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What samples and calls of Cycles cost: seconds, as measured while rendering, or samples, where time is not asked."""
+"""What samples and calls of Cycles cost: seconds, as measured while rendering, or samples, weighed by those."""
 
 import numpy as np
 
@@ -7,8 +7,11 @@ import numpy as np
 # moment is not believed at once.
 _SURPRISE = 4.0
 
-# Seconds that calls have taken, from which on these tell more than chance.
-_TELLING = 0.5
+# What samples take at least of a call's time.
+_LEAST_PART = 0.05
+
+# What a sample costs where none differs from another, beside others.
+_IDLE = 0.1
 
 # How many samples of a pixel a call takes as long as, at least: on two processors, if they are quick ones.
 _CALL = 1000
@@ -17,32 +20,41 @@ _CALL = 1000
 class Counted:
     """Costs in samples of a pixel instead of seconds.
 
-    Time is asked in two places only: where samples take longer, each counts for more; and on many processors or a
-    graphics card, where samples take little time, calls count for more of them.  Parameters and attributes are those of
-    `Costs`.
+    Time is asked but once, before samples are spread (`weigh`): where samples take longer, each counts for more; and on
+    many processors or a graphics card, where samples take little time, calls count for more of them.  Parameters and
+    attributes are those of `Costs`.
     """
 
     def __init__(self, size):
         self.call = _CALL
         self.pixels = np.ones(size[::-1])
-        self._seconds = np.ones(size[::-1])
-        self._learned = 0.0
+        self._learned = []
 
     def learn(self, part, count, seconds):
         """Take in how long a call has taken; parameters as of `Costs.learn`."""
-        known = self._seconds[part]
-        known[...] = seconds / (count * known.size)
-        # A call for the whole picture tells nothing of its parts, and the first one waits for the scene.
-        self._learned = self._learned + seconds if known.size < self.pixels.size else 0.0
+        self._learned.append((part, count, seconds))
 
-    def weigh_call(self, samples):
-        """Take in how many samples of a pixel a call takes as long as."""
-        self.call = _CALL * 4 ** max(round(np.log(max(samples, 1.0) / _CALL) / np.log(4.0)), 0)
+    def weigh(self, call, sample, idle):
+        """From now on calls and samples of each pixel count for what they have taken, samples 1 in the mean.
 
-    def settle(self):
-        """From now on samples of each pixel cost what was learned, 1 in the mean."""
-        if self._learned >= _TELLING:
-            self.pixels = self._seconds / max(self._seconds.mean(), 1e-30)
+        Parameters
+        ----------
+        call : float
+            Seconds of a call beside its samples.
+        sample : float
+            Seconds of a sample of a pixel, in the mean.
+        idle : bool array, shape (height, width)
+            Where samples do not differ from each other, as those of a background, which take next to no time.
+        """
+        self.call = _CALL * 4 ** max(round(np.log(max(call / sample, 1.0) / _CALL) / np.log(4.0)), 0)
+        for part, count, seconds in self._learned:
+            weights = np.where(idle[part], _IDLE, 1.0)
+            taken = max(seconds - call, _LEAST_PART * seconds) / count
+            self.pixels[part] = taken * weights / weights.sum()
+        if not idle.all():
+            # More than that is what a call takes for any pixel, however many samples it is for.
+            self.pixels[idle] = np.minimum(self.pixels[idle], _IDLE * self.pixels[~idle].mean())
+        self.pixels /= self.pixels.mean()
 
     @property
     def sample(self):
@@ -91,9 +103,6 @@ class Costs:
         else:
             ratio = spent / max(count * known.sum(), 1e-12)
             known *= np.clip(ratio, 1.0 / _SURPRISE, _SURPRISE)
-
-    def settle(self):
-        """What is learned holds at once."""
 
     @property
     def sample(self):

@@ -209,7 +209,6 @@ def rounds(goal, base, seen, costs, elapsed):
         yield from evenly(goal, base, goal.samples, seen.size, costs, elapsed)
         return
     variance = base * rates.visible_variance(seen.mean, seen.half)
-    costs.settle()
     mean = goal.samples if goal.threshold is None else _needed(goal, base, seen, costs)
     end = elapsed() + costs.sample * (mean - base)
     if goal.seconds is not None:

@@ -4,7 +4,7 @@
 import numpy as np
 import pytest
 
-from addon.plan import costs, rates, rounds
+from addon.plan import rates, rounds
 from addon.plan.costs import Costs, Counted
 from addon.plan.rates import Squares
 from addon.plan.rounds import FEWEST, Goal, Shot
@@ -88,11 +88,14 @@ def rendered(goal, seed, **given):
     return finished(goal, Noise(seed, is_timed=goal.seconds is not None, **given))
 
 
-def finished(goal, picture):
+def finished(goal, picture, is_weighed=False):
     picture.shoot([Shot((0, 0, *SIZE), goal.length, 0, goal.first)])
     base = goal.base(picture.costs.sample)
     for shots in rounds.opening(goal, base, SIZE, picture.costs):
         picture.shoot(shots)
+    if is_weighed:
+        picture.costs.weigh(CALL, SAMPLE, np.zeros((HEIGHT, WIDTH), bool))
+        picture.costs.call = 1
     for shots in rounds.rounds(goal, base, picture, picture.costs, picture.spent):
         picture.shoot(shots)
     return picture
@@ -153,11 +156,10 @@ def test_a_threshold_tells_how_many_samples_are_needed():
         assert picture.counts[quiet].max() <= max(taken / 2, 24)
 
 
-def test_samples_that_take_long_are_fewer(monkeypatch):
-    monkeypatch.setattr(costs, "_TELLING", 0.0)
-
+def test_samples_that_take_long_are_fewer():
     for speeds, near in ((np.ones_like(NOISE), 0.1), (np.where(NOISE > 0.1, 5.0, 1.0), 0.2)):
-        picture = rendered(Goal(64), 0, fireflies=np.zeros_like(FIREFLIES), speed=speeds)
+        picture = Noise(0, fireflies=np.zeros_like(FIREFLIES), speed=speeds, is_timed=False)
+        finished(Goal(64), picture, is_weighed=True)
         assert (picture.counts * speeds).sum() == pytest.approx(64 * speeds.sum(), rel=near)
 
 
