@@ -276,7 +276,7 @@ def test_demo_shows_cycles_in_the_same_time(cache, folder, tmp_path, monkeypatch
     told = (tmp_path / "README.md").read_text()
     assert "Cycles with a noise threshold of 0.04" in told or "Cycles with 150 samples everywhere" in told
     assert len(worker.orders) <= 8 and (tmp_path / "docs" / "demo.jpg").is_file()
-    worker.slowness = 1000.0
+    worker.slowness = 0.0001
     with pytest.raises(ValueError, match="No setting was found"):
         demo.make(file, 65, 0.1, 64, tmp_path / "out", docs=True)
 
