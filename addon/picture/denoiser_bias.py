@@ -43,13 +43,13 @@ def reduced(noisy, denoised, parts):
     -------
     float32 array, shape (3, height, width)
     """
-    noisy, clean, one, other = (_dimmed(light) for light in (noisy, denoised, *parts))
-    taken = noisy - clean
-    # What the picture, and either part, differ by.
-    differences = [_luminance(light - clean) for light in (noisy, one, other)]
+    clean = _dimmed(denoised)
+    taken = _dimmed(noisy) - clean
     # In about the steps that the eye sees.
     scale = np.sqrt(np.maximum(_smooth(_smooth(_luminance(clean), 1), 2), _DARKEST))
-    differences = [difference / scale for difference in differences]
+    # What the picture, and either part, differ by.
+    differences = [_luminance(taken) / scale, *(_luminance(_dimmed(part) - clean) / scale for part in parts)]
+    del clean, scale
     result = denoised.copy()
     for band in range(_BANDS + 1):
         width = 1 << band

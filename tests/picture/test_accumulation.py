@@ -1,0 +1,51 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""A picture that grows keeps two parts of different samples."""
+
+import numpy as np
+import pytest
+
+from addon.cycles.passes import Kind
+from addon.picture.accumulation import Accumulation
+
+EVERYTHING = slice(0, 2), slice(0, 3)
+LEFT, RIGHT = (slice(0, 2), slice(0, 1)), (slice(0, 2), slice(2, 3))
+
+
+def light(value, width):
+    return {("Combined", ""): np.full((2, width, 4), value, np.float32)}
+
+
+def grown(*shots):
+    sums = Accumulation((3, 2), {"Combined": Kind.COLOUR}, "Combined")
+    for part, value, first, count in shots:
+        sums.add(part, light(value, part[1].stop - part[1].start), first, count)
+    return sums
+
+
+def test_parts_are_those_that_go_on_those_that_begin_anew_and_halves():
+    sums = grown(
+        (EVERYTHING, 1.0, 0, 8), (EVERYTHING, 3.0, 8, 8), (LEFT, 6.0, 16, 48), (RIGHT, 5.0, 0, 128)
+    )  # fmt: skip
+    some, others = sums.parts
+    # 16 of mean 2 and 48 of mean 6; halves of 8; 16 of mean 2 that are replaced by 128.
+    np.testing.assert_allclose(some[0], [[2.0, 1.0, 2.0]] * 2)
+    np.testing.assert_allclose(others[0], [[6.0, 3.0, 5.0]] * 2)
+    np.testing.assert_allclose(sums.picture().passes["Combined", ""][:3, 0], [5.0, 2.0, 5.0])
+
+
+def test_a_few_more_samples_are_no_part_of_their_own():
+    some, others = grown((EVERYTHING, 1.0, 0, 16), (EVERYTHING, 2.0, 16, 16), (LEFT, 4.0, 32, 8)).parts
+    assert some[0, 0, 0] == pytest.approx(1.0) and others[0, 0, 0] == pytest.approx((2.0 * 16 + 4.0 * 8) / 24)
+
+
+@pytest.mark.parametrize(
+    "shots",
+    [
+        [(EVERYTHING, 1.0, 0, 64)],
+        [(EVERYTHING, 1.0, 0, 32), (LEFT, 1.0, 32, 32)],
+        [(EVERYTHING, 1.0, 0, 4), (EVERYTHING, 1.0, 4, 4)],
+    ],
+    ids=["at once", "some pixels at once", "few samples"],
+)
+def test_there_are_no_parts(shots):
+    assert grown(*shots).parts is None
