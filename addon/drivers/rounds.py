@@ -58,7 +58,7 @@ def render(session, frame):
     # What is to be denoised comes under another name, and Combined stays empty until then.
     light = passes.NOISY["Combined"] if frame.denoise else "Combined"
     growing = grown(session, goal, lambda: time.perf_counter() - begun, light)
-    return growing.sums.picture(), layers.facts(frame, session.layer_name, plan)
+    return growing.sums.picture(has_parts=frame.denoise), layers.facts(frame, session.layer_name, plan)
 
 
 def grown(session, goal, elapsed, light="Combined"):

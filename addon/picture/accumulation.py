@@ -98,10 +98,16 @@ class Accumulation:
         others = (sums - held * self.half[..., :3]) / (self.counts - held)
         return tuple(np.ascontiguousarray(light.transpose(2, 0, 1)) for light in (self.half[..., :3], others))
 
-    def picture(self):
-        """All samples together, as a `Picture`; the sums become its pixels, so nothing more can be added."""
+    def picture(self, has_parts=False):
+        """All samples together, as a `Picture`; the sums become its pixels, so nothing more can be added.
+
+        Parameters
+        ----------
+        has_parts : bool
+            Whether the picture is to hold `parts`.
+        """
+        parts = self.parts if has_parts else None
         # Those that are divided by a colour come first: both are sums over the same samples.
-        parts = self.parts
         for key, sums in self._sums.items():
             if by := self._divisor(key, self._sums):
                 colour = self._sums[by]

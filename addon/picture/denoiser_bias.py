@@ -11,10 +11,7 @@ and Stein, "Estimation with Quadratic Loss" (1961)).
 
 import numpy as np
 
-_LUMINANCE = np.array((0.2126, 0.7152, 0.0722), np.float32)
-
-# Luminance beyond which a display shows no difference, and below which noise is hardly seen.
-_BRIGHTEST, _DARKEST = np.float32(4.0), np.float32(0.01)
+from ..plan.rates import BRIGHTEST, DARKEST, LUMINANCE
 
 # Bands of frequencies, each an octave wide; what is lower is the last one.
 _BANDS = 4
@@ -46,7 +43,7 @@ def reduced(noisy, denoised, parts):
     clean = _dimmed(denoised)
     taken = _dimmed(noisy) - clean
     # In about the steps that the eye sees.
-    scale = np.sqrt(np.maximum(_smooth(_smooth(_luminance(clean), 1), 2), _DARKEST))
+    scale = np.sqrt(np.maximum(_smooth(_smooth(_luminance(clean), 1), 2), DARKEST))
     # What the picture, and either part, differ by.
     differences = [_luminance(taken) / scale, *(_luminance(_dimmed(part) - clean) / scale for part in parts)]
     del clean, scale
@@ -72,11 +69,11 @@ def reduced(noisy, denoised, parts):
 def _dimmed(light):
     """Light of the same hue that is not brighter than what a display shows."""
     light = np.nan_to_num(light, posinf=_HUGE, neginf=-_HUGE).clip(-_HUGE, _HUGE)
-    return light / np.maximum(np.abs(_luminance(light)) / _BRIGHTEST, np.float32(1))
+    return light / np.maximum(np.abs(_luminance(light)) / BRIGHTEST, np.float32(1))
 
 
 def _luminance(light):
-    return np.tensordot(_LUMINANCE, light, 1)
+    return np.tensordot(LUMINANCE, light, 1)
 
 
 def _smooth(planes, step):

@@ -14,13 +14,14 @@ from typing import NamedTuple
 
 import numpy as np
 
-_LUMINANCE = np.array((0.2126, 0.7152, 0.0722), np.float32)
+#: Weights of red, green and blue.
+LUMINANCE = np.array((0.2126, 0.7152, 0.0722), np.float32)
 
-# Luminance beyond which a display shows no difference.
-_BRIGHTEST = 4.0
+#: Luminance beyond which a display shows no difference.
+BRIGHTEST = 4.0
 
-# Luminance below which noise is hardly seen.
-_DARKEST = 0.01
+#: Luminance below which noise is hardly seen.
+DARKEST = 0.01
 
 # Samples grow with this power of the variance.  One half leaves the least mean square error if that falls like 1 / n
 # and the variance is known; it falls faster in most scenes, and is guessed.  Where samples take longer there should be
@@ -165,8 +166,8 @@ def visible_variance(mean, half):
     -------
     float32 array, shape (height, width)
     """
-    one, other = (np.minimum(_finite(picture @ _LUMINANCE), _BRIGHTEST) for picture in (half, 2.0 * mean - half))
-    return 0.25 * np.square(one - other) / np.sqrt(np.maximum(0.5 * (one + other), _DARKEST))
+    one, other = (np.minimum(_finite(picture @ LUMINANCE), BRIGHTEST) for picture in (half, 2.0 * mean - half))
+    return 0.25 * np.square(one - other) / np.sqrt(np.maximum(0.5 * (one + other), DARKEST))
 
 
 def cycles_error(mean, half):
