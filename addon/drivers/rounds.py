@@ -27,6 +27,9 @@ from . import steps
 # not worth their calls.
 _TELLING = 0.1
 
+# Mean samples of a picture whose parts err independently of each other: Cycles' first few do not, as edges show.
+_LEAST_WITH_PARTS = 8
+
 # Seconds between pictures in a window, and times what showing one takes: what is less than both is not worth it.
 _SHOWN_EVERY, _SHOWN_TIMES = 0.5, 20.0
 
@@ -58,7 +61,10 @@ def render(session, frame):
     # What is to be denoised comes under another name, and Combined stays empty until then.
     light = passes.NOISY["Combined"] if frame.denoise else "Combined"
     growing = grown(session, goal, lambda: time.perf_counter() - begun, light)
-    return growing.sums.picture(has_parts=frame.denoise), layers.facts(frame, session.layer_name, plan)
+    # Rates change the mean, for samples where there is much noise take longer: a goal is what even samples would be.
+    mean = goal.samples if goal.is_mean else growing.sums.counts.mean()
+    has_parts = frame.denoise and mean >= _LEAST_WITH_PARTS
+    return growing.sums.picture(has_parts), layers.facts(frame, session.layer_name, plan)
 
 
 def grown(session, goal, elapsed, light="Combined"):

@@ -6,10 +6,6 @@ import numpy as np
 from ..cycles.passes import Kind, divisor
 from .picture import Picture
 
-# Samples of a pixel, in the mean, from which on two parts of them err independently: Cycles' first few do not, as edges
-# show.
-_TELLING = 12
-
 
 class Accumulation:
     """Sums of passes.
@@ -90,9 +86,9 @@ class Accumulation:
     def parts(self):
         """The light's red, green and blue by some of each pixel's samples, and by others: (3, height, width) each.
 
-        None unless every pixel was rendered in parts, which have enough samples to tell noise from light.
+        None unless every pixel was rendered in parts.
         """
-        if (self._held < 0.0).any() or self.counts.mean() < _TELLING:
+        if (self._held < 0.0).any():
             return None
         sums, held = self._light_sums[..., :3], self._held
         others = (sums - held * self.half[..., :3]) / (self.counts - held)

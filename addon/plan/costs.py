@@ -13,6 +13,10 @@ _LEAST_PART = 0.05
 # What a sample costs where none differs from another, beside others.
 _IDLE = 0.1
 
+# What a sample costs of the many that Cycles takes at once for a whole picture, over one of a few for a tile: 0.7 to 1
+# on two processors.
+_AT_ONCE = 0.85
+
 # How many samples of a pixel a call takes as long as, at least: on two processors, if they are quick ones.
 _CALL = 1000
 
@@ -22,11 +26,16 @@ class Counted:
 
     Time is asked but once, before samples are spread (`weigh`): where samples take longer, each counts for more; and on
     many processors or a graphics card, where samples take little time, calls count for more of them.  Parameters and
-    attributes are those of `Costs`.
+    attributes are those of `Costs`, and one more:
+
+    Attributes
+    ----------
+    at_once : float
+        What a sample costs of those that Cycles takes at once for the whole picture, over what it costs here.
     """
 
     def __init__(self, size):
-        self.call = _CALL
+        self.call, self.at_once = _CALL, 1.0
         self.pixels = np.ones(size[::-1])
         self._learned = []
 
@@ -55,6 +64,7 @@ class Counted:
             # More than that is what a call takes for any pixel, however many samples it is for.
             self.pixels[idle] = np.minimum(self.pixels[idle], _IDLE * self.pixels[~idle].mean())
         self.pixels /= self.pixels.mean()
+        self.at_once = _AT_ONCE
 
     @property
     def sample(self):

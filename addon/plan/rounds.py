@@ -210,11 +210,14 @@ def rounds(goal, base, seen, costs, elapsed):
         return
     variance = base * rates.visible_variance(seen.mean, seen.half)
     mean = goal.samples if goal.threshold is None else _needed(goal, base, seen, costs)
-    end = elapsed() + costs.sample * (mean - base)
+    # A mean is to take as long as Cycles' own samples would.
+    end = elapsed() + costs.sample * max(mean * (costs.at_once if goal.is_mean else 1.0) - base, 0.0)
     if goal.seconds is not None:
         end = goal.seconds if goal.threshold is None else min(goal.seconds, end)
+    left = end - elapsed()
     steps = Rates(base, goal.length, goal.most)
-    chosen = _chosen_squares(steps, variance, seen.size, costs, end - elapsed())
+    even = mean if goal.seconds is None else min(base + left / costs.sample, mean)
+    chosen = _chosen_squares(steps, variance, seen.size, costs, even, left)
     if chosen is None:
         yield from evenly(goal, base, round(mean), seen.size, costs, elapsed)
         return
@@ -263,9 +266,8 @@ def evenly(goal, count, mean, size, costs, elapsed):
         count += further
 
 
-def _chosen_squares(steps, variance, size, costs, seconds):
-    """Squares, wishes and levels of the side that promises most; None if the same samples everywhere do as well."""
-    even = min(steps.base + seconds / costs.sample, steps.most)
+def _chosen_squares(steps, variance, size, costs, even, seconds):
+    """Squares, wishes and levels of the side that promises most; None if `even` samples everywhere do as well."""
     least, chosen = 1.0, None
     for squares in _sides(size):
         prices = squares.sums(costs.pixels)

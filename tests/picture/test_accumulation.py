@@ -43,9 +43,8 @@ def test_a_few_more_samples_are_no_part_of_their_own():
     [
         [(EVERYTHING, 1.0, 0, 64)],
         [(EVERYTHING, 1.0, 0, 32), (LEFT, 1.0, 32, 32)],
-        [(EVERYTHING, 1.0, 0, 4), (EVERYTHING, 1.0, 4, 4)],
     ],
-    ids=["at once", "some pixels at once", "few samples"],
+    ids=["at once", "some pixels at once"],
 )
 def test_there_are_no_parts(shots):
     assert grown(*shots).parts is None
