@@ -19,9 +19,9 @@ _BANDS = 4
 # A pixel's surroundings reach as far as smoothing by these multiples of the band's width.
 _SURROUNDINGS = (1, 2, 4, 8)
 
-# What both pictures have in common must be larger than this times its root mean square: a single pixel, as of a
-# firefly, and what chance leaves of noise in so many pixels are not.
-_DOUBT = np.float32(0.08)
+# What both parts have in common is believed where it is larger than this times its root mean square: that of a single
+# pixel, as of a firefly, and what chance leaves of noise in so many pixels are not.
+_DOUBT = np.float32(0.12)
 
 _TINY, _HUGE = np.float32(1e-20), np.float32(1e15)
 
@@ -61,8 +61,9 @@ def reduced(noisy, denoised, parts):
         doubt = np.square(common)
         for times in _SURROUNDINGS:
             power, common, doubt = (_smooth(plane, width * times) for plane in (power, common, doubt))
-        share = (common - _DOUBT * np.sqrt(doubt)) / np.maximum(power, _TINY)
-        result += np.clip(share, 0.0, 1.0) * details
+        sure = np.maximum(common / np.maximum(_DOUBT * np.sqrt(doubt), _TINY), np.float32(0)) ** 4
+        share = common / np.maximum(power, _TINY) * (sure / (np.float32(1) + sure))
+        result += np.clip(share, np.float32(0), np.float32(1)) * details
     return np.maximum(result, np.float32(0), out=result)
 
 
