@@ -24,8 +24,8 @@ from bench.scene_files import SceneFile
 from bench.table import Progress
 from bench.worker import prepare
 
-#: Moments of the reference: as many as the setting takes.
-_MOMENTS = 256
+# Moments of one picture of the reference, as many as the setting takes, and how many such pictures there are.
+_MOMENTS, _PICTURES = 256, 4
 
 # A seed far from those that are measured.
 _APART = 7919
@@ -49,15 +49,16 @@ def report(
     seeds : int
         Pictures of each kind.
     reference : int
-        Samples a pixel of each half of the reference.
+        Samples a pixel of each picture of the reference.
     """
     addon.register()
-    steps = len(scenes) * (2 + seeds + seeds * len({*counts, samples}) + 2 * len(counts))
+    steps = len(scenes) * (_PICTURES + seeds + seeds * len({*counts, samples}) + 2 * len(counts))
     progress = Progress(steps)
     against, costs = [], []
     for scene_file in scenes:
         scene = _opened(scene_file, size)
-        halves = Reference(*(_ours(scene, _MOMENTS, reference, _APART + half, progress)[0] for half in (0, 1)))
+        pictures = [_ours(scene, _MOMENTS, reference, _APART + seed, progress)[0] for seed in range(_PICTURES)]
+        halves = Reference(*(np.mean(pictures[half::2], axis=0) for half in (0, 1)))
         by_hand = [_by_hand(scene, samples, seed, progress) for seed in range(seeds)]
         ours = {
             count: [_ours(scene, count, samples, seed, progress) for seed in range(seeds)]
@@ -76,7 +77,7 @@ def report(
             Table(
                 f"Sub-Frames, {samples} moments, over {samples} native renders of 1 sample each at even moments and "
                 f"their mean, {size[0]}x{size[1]}: mean square error of luminance at Gaussians of sigma pixels, "
-                f"against {_MOMENTS} moments and {2 * reference} samples, {seeds} seeds; and wall time",
+                f"against {_PICTURES * _MOMENTS} moments and {_PICTURES * reference} samples, {seeds} seeds; and wall time",
                 ["", *(f"sigma {sigma}" for sigma in SIGMAS), "time", "spread of time"],
                 against,
             ),

@@ -26,7 +26,7 @@ DARKEST = 0.01
 # Samples grow with this power of the variance.  One half leaves the least mean square error if that falls like 1 / n
 # and the variance is known; it falls faster in most scenes, and is guessed.  Where samples take longer there should be
 # fewer, but that is where the error falls slowly, too: on real files both even out.
-_POWER = 0.35
+_POWER = 0.4
 
 # Share of the picture's mean variance that every square is credited with: its neighbours may be silent by chance.
 _DOUBT = 0.01
