@@ -77,7 +77,8 @@ def report(
             Table(
                 f"Sub-Frames, {samples} moments, over {samples} native renders of 1 sample each at even moments and "
                 f"their mean, {size[0]}x{size[1]}: mean square error of luminance at Gaussians of sigma pixels, "
-                f"against {_PICTURES * _MOMENTS} moments and {_PICTURES * reference} samples, {seeds} seeds; and wall time",
+                f"against {_PICTURES * _MOMENTS} moments and {_PICTURES * reference} samples, {seeds} seeds; and wall "
+                "time",
                 ["", *(f"sigma {sigma}" for sigma in SIGMAS), "time", "spread of time"],
                 against,
             ),
