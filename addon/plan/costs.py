@@ -15,7 +15,7 @@ _IDLE = 0.1
 
 # What a sample costs of the many that Cycles takes at once for a whole picture, over one of a few for a tile: 0.7 to 1
 # on two processors.
-_AT_ONCE = 0.85
+_AT_ONCE = 0.93
 
 # How many samples of a pixel a call takes as long as, at least: on two processors, if they are quick ones.
 _CALL = 1000

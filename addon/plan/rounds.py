@@ -209,17 +209,16 @@ def rounds(goal, base, seen, costs, elapsed):
         yield from evenly(goal, base, goal.samples, seen.size, costs, elapsed)
         return
     variance = base * rates.visible_variance(seen.mean, seen.half)
-    mean = goal.samples if goal.threshold is None else _needed(goal, base, seen, costs)
+    needed = goal.samples if goal.threshold is None else _needed(goal, base, seen, costs)
     # A mean is to take as long as Cycles' own samples would.
-    end = elapsed() + costs.sample * max(mean * (costs.at_once if goal.is_mean else 1.0) - base, 0.0)
+    mean = needed * costs.at_once if goal.is_mean else needed
+    end = elapsed() + costs.sample * (mean - base)
     if goal.seconds is not None:
         end = goal.seconds if goal.threshold is None else min(goal.seconds, end)
-    left = end - elapsed()
     steps = Rates(base, goal.length, goal.most)
-    even = mean if goal.seconds is None else min(base + left / costs.sample, mean)
-    chosen = _chosen_squares(steps, variance, seen.size, costs, even, left)
+    chosen = _chosen_squares(steps, variance, seen.size, costs, end - elapsed())
     if chosen is None:
-        yield from evenly(goal, base, round(mean), seen.size, costs, elapsed)
+        yield from evenly(goal, base, round(needed), seen.size, costs, elapsed)
         return
     squares, wish, wanted = chosen
     levels = np.zeros(squares.areas.shape, int)
@@ -266,8 +265,9 @@ def evenly(goal, count, mean, size, costs, elapsed):
         count += further
 
 
-def _chosen_squares(steps, variance, size, costs, even, seconds):
-    """Squares, wishes and levels of the side that promises most; None if `even` samples everywhere do as well."""
+def _chosen_squares(steps, variance, size, costs, seconds):
+    """Squares, wishes and levels of the side that promises most; None if the same samples everywhere do as well."""
+    even = min(steps.base + seconds / costs.sample, steps.most)
     least, chosen = 1.0, None
     for squares in _sides(size):
         prices = squares.sums(costs.pixels)
