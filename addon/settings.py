@@ -72,7 +72,8 @@ class SpectralTilesSettings(bpy.types.PropertyGroup):
     )
     noise_reduction: BoolProperty(
         name="Noise Reduction",
-        description="Subtract the noise that the random numbers explain, without blur or bias, at few samples",
+        description="Subtract the noise that the random numbers explain, without blur or bias, at few samples; "
+        "by the methods In Place and Gather, where these are chosen",
         default=True,
         override=_OVERRIDABLE,
     )

@@ -57,7 +57,9 @@ class SPECTRAL_TILES_PT_advanced(CyclesButtonsPanel, bpy.types.Panel):
         if settings.method == "SUB_FRAMES":
             layout.prop(settings, "sub_frames")
         layout.prop(settings, "distribution")
-        layout.prop(settings, "noise_reduction")
+        row = layout.row()
+        row.active = settings.method in {"IN_PLACE", "GATHER"}
+        row.prop(settings, "noise_reduction")
         row = layout.row(align=True)
         row.prop(settings, "pattern")
         row.operator("spectral_tiles.generate_pattern", text="", icon="ADD")

@@ -171,6 +171,8 @@ def test_a_full_disk_keeps_the_picture_that_is_there(scene_file, tmp_path, monke
 
 
 def test_compare(scene_file, tmp_path, capfd):
+    bpy.context.scene.spectral_tiles.method = "IN_PLACE"
+    bpy.ops.wm.save_mainfile()
     folder, theirs = tmp_path / "pictures", tmp_path / "theirs"
     folder.mkdir()
     theirs.write_text("not ours")
