@@ -87,7 +87,10 @@ def denoise(scene, layer, region, passes):
 
 
 def seconds(scene, layer, pixels):
-    """About how long it takes to denoise so many pixels, as two small pictures tell; parameters as of `denoise`."""
+    """About how long it takes to denoise a view layer of so many pixels, as two small pictures tell.
+
+    Parameters as of `denoise`.
+    """
     found = []
     for side in _TRIED:
         grey = np.full((side**2, 3), 0.5, np.float32)
@@ -95,7 +98,9 @@ def seconds(scene, layer, pixels):
         _denoise(scene, layer, (side, side), grey, grey, grey)
         found.append(time.perf_counter() - begun)
     small, large = (side**2 for side in _TRIED)
-    return found[1] + max(found[1] - found[0], 0.0) * max(pixels - large, 0) / (large - small)
+    one = found[1] + max(found[1] - found[0], 0.0) * max(pixels - large, 0) / (large - small)
+    views = sum(view.use for view in scene.render.views) if scene.render.use_multiview else 1
+    return one * views * (2 if layer.cycles.use_pass_shadow_catcher else 1)
 
 
 def _denoise(scene, layer, size, color, normal, albedo):

@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The scene's denoising settings are followed, on pixels that are in order."""
 
+import time
+
 import bpy
 import numpy as np
 import pytest
@@ -88,3 +90,13 @@ def test_switches(tmp_path):
     assert np.array_equal(
         rendering.render(tmp_path, "SPECTRAL_TILES")["ViewLayer.Combined"], noisy["ViewLayer.Combined"]
     )
+
+
+def test_all_that_is_denoised_is_reckoned_with(monkeypatch):
+    scene = build_scene()
+    layer = bpy.context.view_layer
+    monkeypatch.setattr(denoiser, "_denoise", lambda scene, layer, size, *_: time.sleep(2e-6 * size[0] * size[1]))
+    assert denoiser.seconds(scene, layer, 100_000) == pytest.approx(0.2, rel=0.3)
+    scene.render.use_multiview = True
+    layer.cycles.use_pass_shadow_catcher = True
+    assert denoiser.seconds(scene, layer, 100_000) == pytest.approx(0.8, rel=0.3)
