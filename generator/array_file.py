@@ -133,8 +133,10 @@ def read_numbers(stream, size, check_shape):
         part = into[begin : begin + _BLOCK]
         part[:] = _exactly(stream, len(part))
     _check_end(stream)
+    if not kind.isnative:  # in place: a copy would take as much again
+        values = values.byteswap(inplace=True).view(kind.newbyteorder("="))
     values = values.reshape(header.shape[::-1]).T if header.fortran_order else values.reshape(header.shape)
-    return values.astype(kind.newbyteorder("="), copy=False)
+    return values
 
 
 def read_words(stream, size, most, longest):

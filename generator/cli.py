@@ -320,6 +320,16 @@ def _complain(text):
         print(_PREFIX + one_line(text, _LONGEST), file=sys.stderr)
 
 
+def ended(code):
+    """Write what standard output still holds, and return a command's exit code: a failure if that fails."""
+    try:
+        sys.stdout.flush()
+    except OSError:  # which would come a second time, as a warning, when Python ends
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return code or EXIT_FAILED
+    return code
+
+
 def main(arguments=None, program="python -m generator", tell=None):
     """Run the command line and return its exit code.
 

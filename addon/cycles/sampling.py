@@ -42,18 +42,21 @@ class Sampling:
         settings = scene.cycles
         samples = settings.samples
         if layer.samples and settings.use_layer_samples != "IGNORE":
-            bounded = settings.use_layer_samples == "BOUND"
+            bounded = settings.use_layer_samples == "BOUNDED"
             samples = min(samples, layer.samples) if bounded else layer.samples
         first, count = 0, samples
         if settings.use_sample_subset:
             first = min(settings.sample_offset, samples)
             count = min(settings.sample_subset_length, samples - first)
+        is_adaptive = settings.use_adaptive_sampling
+        # 0 is automatic (`Integrator::get_adaptive_sampling`).
+        threshold = settings.adaptive_threshold or max(0.001, 1.0 / max(samples, 1))
         return cls(
             samples=samples,
             first=first,
             count=count,
-            threshold=settings.adaptive_threshold if settings.use_adaptive_sampling else None,
-            least=settings.adaptive_min_samples,
+            threshold=threshold if is_adaptive else None,
+            least=settings.adaptive_min_samples if is_adaptive else 0,
             time_limit=settings.time_limit,
             frame_seed=animated_seed(settings.seed, scene.frame_current, scene.frame_subframe)
             if settings.use_animated_seed

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Which method renders a view layer, and what of its settings cannot be honoured by it."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from ..blender.refusal import Refused
 from ..cycles import denoiser
@@ -41,18 +41,29 @@ def of_layer(scene, layer, use, scene_messages):
     scene_messages : callable
         Why what is seen cannot be rendered by Gather (`custom_camera.messages`); asked only where that matters.
     """
+    chosen = _without_cycles_pattern(scene, layer, use, scene_messages)
+    pattern = scene.cycles.sampling_pattern
+    if chosen.method == "CYCLES" or pattern in {"AUTOMATIC", "BLUE_NOISE"}:
+        return chosen
+    told = f"Cycles' pattern {pattern.replace('_', ' ').title()} does not apply"
+    return replace(chosen, differences=(*chosen.differences, told))
+
+
+def _without_cycles_pattern(scene, layer, use, scene_messages):
+    """As `of_layer`, whatever Cycles' own pattern is set to."""
     settings, sampling = scene.spectral_tiles, Sampling.of_layer(scene, layer)
     if settings.method == "SUB_FRAMES":
         refusals = _refusals(sub_frames.CHECKS, scene, layer)
-        return Choice("SUB_FRAMES", refusals, tuple(_sub_frame_differences(sampling, use)))
+        return Choice("SUB_FRAMES", refusals, tuple(_sub_frame_differences(sampling)))
     if settings.method == "GATHER" or settings.pattern != "AUTO" or settings.filter != "AS_CYCLES":
         if settings.method == "IN_PLACE":
             return Choice("CYCLES", (_NOT_IN_PLACE,))
         # What is seen is asked of a camera that is one, so only after the others.
         refusals = _refusals(gather.CHECKS, scene, layer) or tuple(scene_messages())
         return Choice("GATHER", refusals, tuple(_gather_differences(settings, sampling)))
-    if not sampling.count or _refusals((denoiser.check,), scene, layer):
-        return Choice("CYCLES")
+    cannot_denoise = _refusals((denoiser.check,), scene, layer)
+    if not sampling.count or cannot_denoise:
+        return Choice("CYCLES", differences=cannot_denoise)
     if not sampling.is_whole and sampling.is_even:
         return Choice("IN_PLACE")
     if settings.distribution == "BY_NOISE" and rounds.suit(scene, layer, sampling):
@@ -82,12 +93,8 @@ def _refusals(checks, scene, layer):
 def _gather_differences(settings, sampling):
     if settings.filter != "AS_CYCLES" and sampling.threshold is not None:
         yield f"Noise Threshold does not apply to a filter: every pixel takes {sampling.samples} samples"
-    if settings.distribution == "BY_NOISE" and sampling.is_even:
-        yield "Samples are distributed evenly: the method Gather moves them"
 
 
-def _sub_frame_differences(sampling, use):
-    if not use.motion_blur:
-        yield "Motion Blur is off: only the frame itself is rendered"
+def _sub_frame_differences(sampling):
     if not sampling.is_even:
         yield f"Noise Threshold and Time Limit do not apply to sub-frames: every pixel takes {sampling.samples} samples"

@@ -25,7 +25,7 @@ _RANKS = ("r", "g", "b", "a")
 _LOSSLESS = {"", "none", "rle", "zip", "zips", "piz"}
 
 
-def merge(files, path):
+def merge(files, path, tell=lambda part: None):
     """Merge the layers of a frame; the result does not depend on their order.
 
     Parameters
@@ -34,6 +34,8 @@ def merge(files, path):
         Multilayer EXR files, all of one frame.
     path : str
         The merged picture, which appears complete or not at all.
+    tell : callable
+        Told which part of it is done, but for writing.
 
     Returns
     -------
@@ -63,6 +65,7 @@ def merge(files, path):
     weights = [layer.count / one.samples for layer in layers]
     for band in bands(height):
         merged[band] = _mean([layer.rows(band) for layer in layers], weights, one)
+        tell(band.stop / height)
     _write(path, one, merged)
     return one.samples, exact
 

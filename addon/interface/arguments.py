@@ -12,6 +12,9 @@ from . import picture_files
 
 WRONG_USE = 2
 
+# More are no film: a day has two million.
+_MOST_FRAMES = 2_097_152
+
 
 class _Parser(argparse.ArgumentParser):
     """A parser that says what is wrong in one line."""
@@ -104,6 +107,23 @@ def parser(program, commands):
     return made
 
 
+def parse(program, commands, arguments):
+    """What a command line says; parameters of `parser`, and the words.  Raises SystemExit, like argparse."""
+    made = parser(program, commands)
+    options = made.parse_args(arguments)
+    others = [getattr(options, name, None) for name in ("scene_file", "pattern", "output", "picture")]
+    if is_one_of(options.json, *others, *getattr(options, "layers", ())):
+        made.error(f"--json: expected another file than the others, got {messages.quoted(options.json, 80)}")
+    return options
+
+
+def is_one_of(summary, *paths):
+    """Whether the file of the summary, if there is one, is one of other files, which it would overwrite."""
+    if summary in (None, "-"):
+        return False
+    return os.path.realpath(summary) in {os.path.realpath(path) for path in paths if path}
+
+
 def _add_whole(parser, option, owner, name, what):
     parser.add_argument(
         option, type=_whole(owner, name), metavar="N", help=f"{what}, {_bounds(owner, name)}; by default the scene's"
@@ -160,7 +180,10 @@ def _frame_numbers(text):
         if match is None:
             raise argparse.ArgumentTypeError(f"expected frames such as 1,4-8, got {messages.quoted(text)}")
         first, last = match.groups()
-        frames += range(frame(first), frame(last or first) + 1)
+        further = range(frame(first), frame(last or first) + 1)
+        if len(frames) + len(further) > _MOST_FRAMES:
+            raise argparse.ArgumentTypeError(f"expected at most {_MOST_FRAMES} frames")
+        frames += further
     if not frames:
         raise argparse.ArgumentTypeError(f"no frames in {messages.quoted(text)}")
     return frames

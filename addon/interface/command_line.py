@@ -44,7 +44,7 @@ def run(arguments, program=f"blender --command {_NAME}"):
     if arguments[:1] == ["tile"]:
         return _tile(arguments[1:], f"{program} tile")
     try:
-        options = given.parser(program, _COMMANDS).parse_args(arguments)
+        options = given.parse(program, _COMMANDS, arguments)
     except SystemExit as stop:
         return stop.code
     start = time.perf_counter()
@@ -105,7 +105,7 @@ def main():
     from .. import register
 
     register()
-    sys.exit(run(sys.argv[1:], "spectral-tiles"))
+    sys.exit(generator.ended(run(sys.argv[1:], "spectral-tiles")))
 
 
 # Commands
@@ -120,14 +120,12 @@ def _render(options):
     if not sampling.count:
         raise Refused(f"The sample subset starts at sample {sampling.first}, but the frame has {sampling.samples}")
     rendered = []
+    paths = [_path_of(scene, frame, options, len(frames) == 1) for frame in frames]
     with Progress(len(frames)) as progress:
-        for frame in frames:
+        for frame, path in zip(frames, paths, strict=True):
             progress.begin(f"frame {frame}", sampling.count)
             start = time.perf_counter()
             scene.frame_set(frame)
-            path = picture_files.path_of(scene, frame, options.output, len(frames) == 1)
-            if options.layer:
-                path = layers.file_of(path, *options.layer)
             files = picture_files.render(scene, path)
             rendered.append({"frame": frame, "files": files, "seconds": round(time.perf_counter() - start, 3)})
     return {
@@ -137,6 +135,19 @@ def _render(options):
         "files": [file for frame in rendered for file in frame["files"]],
         "frames": rendered,
     }
+
+
+def _path_of(scene, frame, options, is_only):
+    """Where a frame's picture goes; raises what forbids that, better before hours of rendering."""
+    path = picture_files.path_of(scene, frame, options.output, is_only)
+    if options.layer:
+        path = layers.file_of(path, *options.layer)
+    if given.is_one_of(options.json, path):
+        options.json = None  # the picture that may be there stays
+        raise Refused(f"--json names the picture {path}")
+    if os.path.isdir(os.path.dirname(path)):
+        atomic_file.check_writable(path)
+    return path
 
 
 def _compare(options):
@@ -161,7 +172,7 @@ def _merge(options):
     if not options.picture.lower().endswith(".exr"):
         raise Refused(f"Only OpenEXR pictures hold layers: {options.picture} does not end in .exr")
     files = options.layers or layers.files_of(options.picture)
-    samples, exact = merge.merge(files, options.picture)
+    samples, exact = merge.merge(files, options.picture, Percent().tell)
     if not exact:
         print(
             f"{_NAME}: the layers' sample plans differ, as those of unlike machines may; "

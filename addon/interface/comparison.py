@@ -73,7 +73,6 @@ def compare(scene, samples, reference_samples, folder, tell):
             for ending in (".exr", ".png"):
                 os.unlink(stem + ending)
         errors = {sigma: _errors(pictures, halves, sigma) for sigma in SIGMAS}
-        # All of them or none.
         return picture_files.put(unfinished, folder), errors
 
 
@@ -95,7 +94,10 @@ def _render(scene, enabled, samples, seed, stem):
     image.media_type, image.file_format, image.color_mode, image.color_depth = "IMAGE", "OPEN_EXR", "RGB", "32"
     picture_files.render_into(scene, stem + ".exr")
     image.file_format, image.color_depth = "PNG", "8"
-    bpy.data.images["Render Result"].save_render(stem + ".png", scene=scene)
+    try:
+        bpy.data.images["Render Result"].save_render(stem + ".png", scene=scene)
+    except RuntimeError as error:
+        raise Refused(f"Blender could not write {os.path.basename(stem)}.png; is the disk full?") from error
     picture_files.check(stem + ".png", scene.render)
     return _luminance(stem + ".exr")
 

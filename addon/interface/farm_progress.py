@@ -4,6 +4,7 @@
 ``openjd_progress: 42`` is in percent; ``openjd_status: frame 3, 2 of 10`` tells what is rendered.
 """
 
+import contextlib
 import re
 
 import bpy
@@ -19,7 +20,8 @@ class Percent:
         percent = int(100 * part)
         if percent > self._told:
             self._told = percent
-            print(f"openjd_progress: {percent}", flush=True)
+            with contextlib.suppress(OSError):  # whoever read it may be gone
+                print(f"openjd_progress: {percent}", flush=True)
 
 
 class Progress:

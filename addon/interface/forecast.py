@@ -6,7 +6,8 @@ import os
 import bpy
 
 from ..cycles import custom_camera, scene_analysis
-from ..drivers import choice
+from ..cycles.sampling import Sampling
+from ..drivers import choice, frame
 
 # What was found in a view layer, by name and depsgraph.  Finding it takes milliseconds in a scene of thousands of
 # objects, and a panel is drawn at every move of the mouse over it.
@@ -57,13 +58,23 @@ def sentence(scene, layer):
         return f"Spreads every sample by the filter {_name_of(settings, 'filter')}"
     if how.method == "GATHER" and settings.pattern != "AUTO":
         return f"Samples follow the pattern {_name_of(settings, 'pattern')}"
+    is_reduced = frame.reduces_noise(settings, Sampling.of_layer(scene, layer))
     return {
         "CYCLES": "Leaves this frame to Cycles",
         "ROUNDS": "Takes more samples where this frame is noisy, fewer where it is clean",
-        "IN_PLACE": f"Optimized for {noise_sources(use)}",
+        "IN_PLACE": f"Optimized for {noise_sources(use)}" if is_reduced else "Takes Cycles' own samples",
         "GATHER": f"Optimized for {noise_sources(use)}",
-        "SUB_FRAMES": f"Renders {settings.sub_frames} moments of the shutter one by one",
+        "SUB_FRAMES": _sub_frames_sentence(scene, layer),
     }[how.method]
+
+
+def _sub_frames_sentence(scene, layer):
+    count = frame.moments(scene, layer)
+    if count == 1:
+        return "Renders the frame itself, for Motion Blur is off"
+    if scene.spectral_tiles.pattern != "AUTO":
+        return f"Renders moments and places of the pattern {_name_of(scene.spectral_tiles, 'pattern')} one by one"
+    return f"Renders {count} moments of the shutter one by one"
 
 
 def _name_of(settings, prop):

@@ -66,6 +66,9 @@ def check_output(path):
     if not path:
         raise ValueError("expected a path")
     ending = _ENDING.search(path)
+    stem = path[: ending.start()] if ending else path
+    if "\0" in path or (not path.endswith(("/", os.sep)) and os.path.basename(stem) in {"", ".", ".."}):
+        raise ValueError("expected the name of a picture, or a folder with a slash at its end")
     if ending and ending.group().lower() not in _FORMATS:
         raise ValueError(f"{ending.group()} is no ending of a picture that Blender writes; these are: {ENDINGS}")
 
@@ -96,7 +99,7 @@ def path_of(scene, frame, output=None, only=False):
         stem = os.path.abspath(output[: len(output) - len(ending)])
         if output.endswith(("/", os.sep)):
             stem = os.path.join(stem, "####")
-        elif "#" not in stem and ending:
+        elif "#" not in os.path.basename(stem) and ending:
             stem += "####"  # or else Blender puts it behind the ending, and adds another one
         image, made = render.image_settings, _FORMATS.get(ending.lower())
         # An OpenEXR picture stays one, of one layer or of several.
@@ -111,7 +114,7 @@ def path_of(scene, frame, output=None, only=False):
     except RuntimeError as error:
         reason = " ".join(line.removeprefix("- ") for line in str(error).strip().splitlines()[1:])
         raise Refused(f"Cannot use the path {output or render.filepath}: {reason}") from error
-    if only and output and "#" not in output and not output.endswith(("/", os.sep)):
+    if only and output and "#" not in os.path.basename(output) and not output.endswith(("/", os.sep)):
         # As it was asked for, but for fields, which Blender has put in before the number.
         stem, found = os.path.splitext(path)
         return stem.removesuffix(f"-{-frame:04d}" if frame < 0 else f"{frame:04d}") + (ending or found)

@@ -205,7 +205,7 @@ def rounds(goal, base, seen, costs, elapsed):
     list of Shot
         One round; the picture is complete after each shot.
     """
-    if base < FEWEST:
+    if base < max(FEWEST, min(goal.least, goal.samples)):
         yield from evenly(goal, base, goal.samples, seen.size, costs, elapsed)
         return
     variance = base * rates.visible_variance(seen.mean, seen.half)

@@ -3,13 +3,14 @@
 
 import contextlib
 import functools
+import io
 import time
 import tracemalloc
 
 import numpy as np
 import pytest
 
-from generator import cli, load_tile, tile_file
+from generator import array_file, cli, load_tile, tile_file
 
 from . import hostile_files
 
@@ -139,3 +140,18 @@ def test_the_largest_tile_is_read_in_a_second(tmp_path):
     tile = load_tile(tmp_path / "a.npz")
     assert time.process_time() - start < 1 and tracemalloc.get_traced_memory()[1] < tile.values.nbytes + MEMORY
     tracemalloc.stop()
+
+
+@pytest.mark.parametrize("kind", ["<f8", ">f8"])
+def test_numbers_take_no_memory_twice_in_either_byte_order(kind):
+    values = np.full((512, 512), 0.25, kind)
+    file = io.BytesIO()
+    np.save(file, values)
+    size = file.tell()
+    file.seek(0)
+    tracemalloc.start()
+    found = array_file.read_numbers(file, size, lambda shape: None)
+    peak = tracemalloc.get_traced_memory()[1]
+    tracemalloc.stop()
+    assert np.array_equal(found, values) and found.dtype.isnative
+    assert peak < 1.6 * values.nbytes

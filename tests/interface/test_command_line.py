@@ -332,3 +332,47 @@ def test_help_and_tiles(tmp_path, capsys):
     assert json.loads(printed.splitlines()[-1])["files"] == [str(tile)]
     assert run("tile", "info", tile) == command_line.DONE
     assert "8 x 8 pixels" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize(
+    "arguments",
+    [
+        ["render", "FILE", "--json", "FILE"],
+        ["render", "FILE", "--output", "a.png", "--json", "a.png"],
+        ["merge", "f.exr", "--json", "f.exr"],
+        ["merge", "f.exr", "l.exr", "--json", "./l.exr"],
+        ["render", "FILE", "--output", "."],
+        ["render", "FILE", "--output", ".."],
+        ["render", "FILE", "--output", "out/.png"],
+        ["render", "FILE", "--output", "a\0b.png"],
+        ["render", "FILE", "--frames=" + ",".join(100 * ["-1048574-1048574"])],
+    ],
+    ids=lambda arguments: " ".join(arguments)[:60].replace("\0", "0"),
+)
+def test_what_would_be_lost_or_never_end_is_wrong_use(scene_file, tmp_path, monkeypatch, capfd, arguments):
+    monkeypatch.chdir(tmp_path)
+    before = Path(scene_file).read_bytes()
+    assert run(*(scene_file if word == "FILE" else word for word in arguments)) == command_line.WRONG_USE
+    assert len(capfd.readouterr().err.splitlines()) == 1
+    assert Path(scene_file).read_bytes() == before and [path.name for path in tmp_path.iterdir()] == ["scene.blend"]
+
+
+def test_a_summary_is_no_frame(scene_file, tmp_path, capfd):
+    given = ["--frames", "1-3", "--output", tmp_path / "f####.png", "--json", tmp_path / "f0002.png"]
+    assert run("render", scene_file, *given) == command_line.FAILED
+    assert not list(tmp_path.glob("f*.png"))
+
+
+def test_a_folder_in_the_way_of_a_later_frame_is_told_first(scene_file, tmp_path, capfd):
+    (tmp_path / "f0003.png").mkdir()
+    assert run("render", scene_file, "--frames", "1-3", "--output", tmp_path / "f####.png") == command_line.FAILED
+    assert [path.name for path in tmp_path.glob("f*.png")] == ["f0003.png"]
+
+
+def test_a_number_sign_in_a_folder_is_no_number(scene_file, tmp_path, monkeypatch):
+    folder = tmp_path / "shot#2"
+    folder.mkdir()
+    monkeypatch.chdir(folder)
+    assert run("render", scene_file, "--output", "a.png") == command_line.DONE
+    assert run("render", scene_file, "--output", folder / "b.png") == command_line.DONE
+    assert sorted(path.name for path in folder.iterdir()) == ["a.png", "b.png"]

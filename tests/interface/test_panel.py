@@ -73,6 +73,26 @@ def test_a_sentence_for_every_method(monkeypatch, method):
     assert sentence and len(sentence) < 100 and not sentence.endswith(".")
 
 
+def test_sub_frames_are_told_as_they_will_be():
+    scene = build_scene()
+    scene.spectral_tiles.method = "SUB_FRAMES"
+    scene.render.use_motion_blur = True
+    assert told(scene) == f"Renders {scene.spectral_tiles.sub_frames} moments of the shutter one by one"
+    scene.render.use_motion_blur = False
+    assert told(scene) == "Renders the frame itself, for Motion Blur is off"
+
+
+def test_a_pattern_of_cycles_that_does_not_apply_is_told():
+    scene = build_scene()
+    scene.cycles.samples, scene.cycles.use_adaptive_sampling = 16, False
+    for pattern, count in (("AUTOMATIC", 0), ("BLUE_NOISE", 0), ("TABULATED_SOBOL", 1)):
+        scene.cycles.sampling_pattern = pattern
+        differences = forecast.chosen(scene, bpy.context.view_layer).differences
+        assert len(differences) == count and all("Tabulated Sobol" in line for line in differences)
+    scene.cycles.samples = 1
+    assert not forecast.chosen(scene, bpy.context.view_layer).differences
+
+
 def test_one_lamp_and_a_world_are_not_two_lights():
     scene = build_scene()
     rendering.set_world((1, 1, 1))

@@ -170,8 +170,10 @@ def test_no_pixel_takes_more_than_the_most(goal):
     assert (rendered(goal, 0).counts == goal.samples).all()
 
 
-def test_least_samples_are_taken():
-    assert (rendered(Goal(256, threshold=10.0, least=64), 0).counts == 64).all()
+@pytest.mark.parametrize(("least", "most"), [(64, 256), (150, 200), (300, 200)])
+def test_least_samples_are_taken(least, most):
+    counts = rendered(Goal(most, threshold=10.0, least=least), 0).counts
+    assert min(least, most) <= counts.min() <= counts.max() <= most
 
 
 @pytest.mark.parametrize("speed", [0.3, 1.0, 3.0])

@@ -16,6 +16,9 @@ import bpy
 import numpy as np
 
 FOLDER = os.getcwd()
+
+#: Samples a pixel of a quick render that Automatic does not leave to Cycles.
+SAMPLES = 16
 FACTS = {}
 
 # Seconds until something that does not happen is taken for an error.

@@ -64,7 +64,7 @@ def cancel():
     yield from artist.escape("seconds_to_cancel")
     note(changed_by_cancelled=changes(before))
     yield from back()
-    take(1)
+    take(artist.SAMPLES)
 
 
 def many():
@@ -157,7 +157,7 @@ def sub_frames():
     note(moments_after_escape=len(moments) - begun, changed_by_cancelled_sub_frames=changes(before))
     yield from shoot_still("sub_frames_left")
     yield from back()
-    take(1)
+    take(artist.SAMPLES)
     settings().method = "AUTO"
     lamp.animation_data_clear()
 
@@ -181,7 +181,7 @@ def bake():
         baked.append(np.array(node.image.pixels[:]))
     note(baked_light=float(baked[0].mean()), bake_differs_by=float(np.abs(baked[0] - baked[1]).max()))
     tree.nodes.remove(node)
-    scene.cycles.samples = 1
+    scene.cycles.samples = artist.SAMPLES
 
 
 def viewport():
@@ -238,7 +238,7 @@ def disable_while_rendering():
     yield from drawn()
     yield from artist.escape("seconds_to_cancel_disabled")
     yield from back()
-    take(1)
+    take(artist.SAMPLES)
     yield from artist.rendered()
     artist.save_result("disabled")
     yield from back()

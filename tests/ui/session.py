@@ -55,7 +55,7 @@ def build_scene():
     scene.render.resolution_x, scene.render.resolution_y = 80, 60
     scene.render.filepath = os.path.join(FOLDER, "frame_")
     scene.render.use_motion_blur = True
-    scene.cycles.samples, scene.cycles.use_adaptive_sampling = 1, False
+    scene.cycles.samples, scene.cycles.use_adaptive_sampling = artist.SAMPLES, False
     scene.cycles.use_denoising = False  # Debian's Blender lacks what our denoising needs
     scene.camera.data.dof.use_dof = True
     cube = bpy.data.objects["Cube"]
@@ -160,7 +160,7 @@ def panel():
     scene.cycles.samples = 1024
     yield from shoot_still("panel_many_samples")
     note(told_of_many_samples=told())
-    scene.cycles.samples = 1
+    scene.cycles.samples = artist.SAMPLES
     scene.cycles.use_denoising = True
     note(told_of_denoising=told())
     scene.cycles.use_denoising = False
