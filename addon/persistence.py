@@ -34,14 +34,18 @@ def _switch_off(scene, *_):
 
 @bpy.app.handlers.persistent
 def _before_saving(*_):
-    for name in _on:
-        bpy.data.scenes[name].render.use_persistent_data = False
+    _set(False)
 
 
 @bpy.app.handlers.persistent
 def _after_saving(*_):
-    for name in _on:
-        bpy.data.scenes[name].render.use_persistent_data = True
+    _set(True)
+
+
+def _set(is_kept):
+    for scene in bpy.data.scenes:
+        if scene.name_full in _on:
+            scene.render.use_persistent_data = is_kept
 
 
 @bpy.app.handlers.persistent
@@ -49,8 +53,8 @@ def _free(scene, *_):
     if scene.name_full in _kept:
         _kept.remove(scene.name_full)
         _on.discard(scene.name_full)
-        # Blender frees what was kept whenever this is set.
-        scene.render.use_persistent_data = False
+        # Blender frees what was kept whenever this is set, and off; the user may have switched it on meanwhile.
+        scene.render.use_persistent_data = scene.render.use_persistent_data
 
 
 _HANDLERS = (

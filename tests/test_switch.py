@@ -290,6 +290,6 @@ def test_gone_while_it_renders(extension, tmp_path):
         extension.unregister()
 
     handlers.append(leave)
-    rendering.render(tmp_path, "SPECTRAL_TILES")
+    rendering.render(tmp_path, "SPECTRAL_TILES", 16)
     extension.register()
     rendering.render(tmp_path, "SPECTRAL_TILES")

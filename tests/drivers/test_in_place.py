@@ -95,8 +95,12 @@ def test_it_serves_where_samples_cannot_be_moved(tmp_path, change, reason):
     assert reason in message
     scene.spectral_tiles.method = "AUTO"
     assert not forecast.chosen(scene, layer).refusals
-    by_itself = rendering.beauty(rendering.render(tmp_path, "SPECTRAL_TILES"))
-    assert np.array_equal(by_itself, rendering.beauty(rendering.render(tmp_path, "CYCLES")))
+    assert forecast.chosen(scene, layer).method == "CYCLES"
+    scene.cycles.samples = 16
+    assert forecast.chosen(scene, layer).method == "ROUNDS"
+    ours, native = (rendering.beauty(rendering.render(tmp_path, engine, 16)) for engine in rendering.ENGINES[::-1])
+    # In so small a picture rounds complete it evenly, by other sums of the same samples.
+    np.testing.assert_allclose(ours, native, rtol=1e-4, atol=1e-6)
 
 
 @pytest.mark.parametrize("change", ["nothing", "custom lens", "rolling shutter"])

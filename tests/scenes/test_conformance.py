@@ -8,7 +8,7 @@ from tests import rendering
 from tests.scenes.builders import SCENES
 
 SEEDS = range(16)
-SAMPLES = 2
+SAMPLES = 8
 
 # Of the 50,000 blocks that are compared, one in ten thousand suites would have one 6 standard errors off by chance.
 QUANTILE = 6.0
