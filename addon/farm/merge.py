@@ -10,6 +10,7 @@ from ..blender import openimageio
 from ..blender.refusal import Refused
 from ..blender.region import bands
 from ..cycles.passes import Kind
+from ..picture import cryptomatte
 from ..plan.patterns import atomic_file, messages
 from . import seal
 from .layer_file import LayerFile, check_alike, check_complete
@@ -92,29 +93,8 @@ def _mean(pictures, weights, layer):
         order = [column for *_, column in sorted(columns)]
         if len(order) % 2:
             raise Refused(f"{layer.path} cannot be merged: it has half a rank of Cryptomatte")
-        total[..., order] = _cryptomatte([picture[..., order] for picture in pictures], weights)
+        total[..., order] = cryptomatte.merged([picture[..., order] for picture in pictures], weights)
     return total
-
-
-def _cryptomatte(pictures, weights):
-    """Merged ranks of identifiers and coverages, (rows, width, 2 * ranks): coverages of one identifier add up."""
-    shape = pictures[0].shape
-    ranks = shape[-1] // 2
-    ids = np.concatenate([picture[..., 0::2] for picture in pictures], axis=-1).reshape(-1, len(pictures) * ranks)
-    coverage = np.concatenate(
-        [weight * picture[..., 1::2].astype(np.float64) for weight, picture in zip(weights, pictures, strict=True)],
-        axis=-1,
-    ).reshape(ids.shape)
-    order = np.argsort(ids, axis=1, kind="stable")
-    ids, coverage = (np.take_along_axis(values, order, axis=1) for values in (ids, coverage))
-    pixel = np.arange(len(ids))[:, None]
-    run = np.cumsum(np.diff(ids, axis=1, prepend=ids[:, :1]) != 0, axis=1)
-    total, owner = np.zeros_like(coverage), np.zeros_like(ids)
-    np.add.at(total, (pixel, run), coverage)
-    owner[pixel, run] = ids
-    best = np.argsort(-total, axis=1, kind="stable")[:, :ranks]
-    ranked = (np.take_along_axis(values, best, axis=1) for values in (owner, total))
-    return np.stack(list(ranked), axis=-1).reshape(shape)
 
 
 def _write(path, layer, pixels):

@@ -121,7 +121,13 @@ def is_one_of(summary, *paths):
     """Whether the file of the summary, if there is one, is one of other files, which it would overwrite."""
     if summary in (None, "-"):
         return False
-    return os.path.realpath(summary) in {os.path.realpath(path) for path in paths if path}
+    return _place(summary) in {_place(path) for path in paths if path}
+
+
+def _place(path):
+    """Where a file is that a new one would replace; a link would be replaced itself."""
+    folder, name = os.path.split(os.path.abspath(path))
+    return os.path.join(os.path.realpath(folder), name)
 
 
 def _add_whole(parser, option, owner, name, what):

@@ -108,7 +108,7 @@ class Goal:
         """Samples of a pixel up to which it goes on with its first ones."""
         if self.seconds is not None:
             return self.samples
-        return self.samples if self.threshold is None else min(self.samples, _FIRST_LENGTH)
+        return self.samples if self.threshold is None else min(self.samples, max(_FIRST_LENGTH, self._usual_base))
 
     @property
     def most(self):

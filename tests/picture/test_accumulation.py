@@ -48,3 +48,20 @@ def test_a_few_more_samples_are_no_part_of_their_own():
 )
 def test_there_are_no_parts(shots):
     assert grown(*shots).parts is None
+
+
+def test_cryptomattes_are_ranked_by_all_samples():
+    name = "CryptoObject00"
+    sums = Accumulation((2, 1), {"Combined": Kind.COLOUR, name: Kind.CRYPTOMATTE}, "Combined")
+    whole, left = (slice(0, 1), slice(0, 2)), (slice(0, 1), slice(0, 1))
+    for part, first, count, ranks in (
+        (whole, 0, 4, (7.0, 0.75, 5.0, 0.25)),
+        (whole, 4, 4, (5.0, 1.0, 0.0, 0.0)),
+        (left, 0, 16, (9.0, 1.0, 0.0, 0.0)),
+    ):
+        width = part[1].stop
+        passes = {("Combined", ""): np.ones((1, width, 4), np.float32)}
+        passes[name, ""] = np.tile(np.array(ranks, np.float32), (1, width, 1))
+        sums.add(part, passes, first, count)
+    found = sums.picture().passes[name, ""]
+    np.testing.assert_allclose(found, [[9.0, 1.0, 0.0, 0.0], [5.0, 0.625, 7.0, 0.375]])
