@@ -252,7 +252,7 @@ def _parser() -> argparse.ArgumentParser:
     over_scenes.add_argument("--samples", type=_counts, default=(1, 2, 4, 16), help="samples a pixel, as in 1,2,4,16")
     over_scenes.add_argument("--bounces", type=_bounces, default=None, help="'own' (the scene's) or a number")
     over_scenes.add_argument("--seeds", type=int, default=4, help="images of each and sample count")
-    over_scenes.add_argument("--raw", action="store_true", help="without control variates")
+    over_scenes.add_argument("--raw", action="store_true", help="without noise reduction")
     over_scenes.add_argument("--native-only", action="store_true", help=f"only {AUTOMATIC} against Tabulated Sobol")
     over_scenes.set_defaults(run=_quality)
 
