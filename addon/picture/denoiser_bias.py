@@ -16,8 +16,8 @@ from ..plan.rates import BRIGHTEST, DARKEST, LUMINANCE
 # Bands of frequencies, each an octave wide; what is lower is the last one.
 _BANDS = 4
 
-# A pixel's surroundings reach as far as smoothing by these multiples of the band's width: with the first four only, chance
-# left specks of noise on smooth walls.
+# A pixel's surroundings reach as far as smoothing by these multiples of the band's width: with the first four only,
+# chance left specks of noise on smooth walls.
 _SURROUNDINGS = (1, 2, 4, 8, 16)
 
 # What both parts have in common is believed where it is larger than this times its root mean square: that of a single
