@@ -81,8 +81,7 @@ class Frame:
 def reduces_noise(settings, sampling):
     """Whether noise that the random numbers explain is to be subtracted, by our settings and Cycles' sampling.
 
-    Never by the method Automatic: on real files it takes a seventh of a sample's time and memory for all passes, which
-    it is not worth (`python -m bench real FOLDER --samples 1 --set method=IN_PLACE`).
+    Never by the method Automatic: on real files it is not worth its time and memory (docs/measurements.md).
     """
     # Whoever chose a pattern wants to see what it does.
     is_wanted = settings.noise_reduction and settings.pattern == "AUTO" and sampling.is_even and sampling.is_whole

@@ -121,7 +121,9 @@ def is_one_of(summary, *paths):
     """Whether the file of the summary, if there is one, is one of other files, which it would overwrite."""
     if summary in (None, "-"):
         return False
-    return _place(summary) in {_place(path) for path in paths if path}
+    # Others may be read through a link, or replace it.
+    others = [path for path in paths if path]
+    return _place(summary) in {*map(_place, others), *map(os.path.realpath, others)}
 
 
 def _place(path):

@@ -7,7 +7,7 @@ import bpy
 import numpy as np
 import pytest
 
-from addon.drivers import rounds
+from addon.drivers import rounds, steps
 from addon.plan import costs
 from addon.plan import rounds as plan_rounds
 from tests import rendering
@@ -176,6 +176,16 @@ def test_cancelled_in_any_round_it_leaves_a_picture(extension, tmp_path, monkeyp
     part = rendering.beauty(rendering.render(tmp_path, "SPECTRAL_TILES", 256))
     assert scene.render.use_border is False
     assert part.mean() == pytest.approx(whole.mean(), rel=0.08)
+
+
+@pytest.mark.parametrize(("samples", "times"), [(6, 0), (8, 1), (64, 1)])
+def test_what_the_denoiser_took_comes_back_by_enough_samples(extension, tmp_path, monkeypatch, samples, times):
+    """Parts of fewer do not err independently."""
+    noisy_scene().cycles.use_denoising = True
+    reduced, called = steps.denoiser_bias.reduced, []
+    monkeypatch.setattr(steps.denoiser_bias, "reduced", lambda *given: called.append(1) or reduced(*given))
+    rendering.render(tmp_path, "SPECTRAL_TILES", samples)
+    assert len(called) == times
 
 
 @pytest.mark.parametrize("size", [(160, 120), (800, 600)])

@@ -357,6 +357,17 @@ def test_what_would_be_lost_or_never_end_is_wrong_use(scene_file, tmp_path, monk
     assert Path(scene_file).read_bytes() == before and [path.name for path in tmp_path.iterdir()] == ["scene.blend"]
 
 
+def test_a_summary_does_not_replace_what_a_link_leads_to(scene_file, tmp_path, capfd):
+    link = tmp_path / "link.blend"
+    link.symlink_to(scene_file)
+    before = Path(scene_file).read_bytes()
+    assert run("render", link, "--json", scene_file) == command_line.WRONG_USE
+    picture = tmp_path / "a.png"
+    picture.symlink_to(tmp_path / "nothing")
+    assert run("render", scene_file, "--output", picture, "--json", picture) == command_line.WRONG_USE
+    assert Path(scene_file).read_bytes() == before and link.is_symlink()
+
+
 def test_a_summary_is_no_frame(scene_file, tmp_path, capfd):
     given = ["--frames", "1-3", "--output", tmp_path / "f####.png", "--json", tmp_path / "f0002.png"]
     assert run("render", scene_file, *given) == command_line.FAILED
