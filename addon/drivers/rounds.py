@@ -14,7 +14,7 @@ import numpy as np
 from ..blender.display import Picture
 from ..blender.refusal import Refused
 from ..blender.region import Rectangle, Region
-from ..cycles import denoiser, passes, sampling
+from ..cycles import passes, sampling
 from ..cycles.session import LARGEST, Shot
 from ..farm import layers
 from ..picture.accumulation import Accumulation
@@ -93,8 +93,7 @@ def _goal(session, frame):
     sampled, seconds = frame.sampling, frame.sampling.time_limit
     if seconds and frame.denoise:
         with contextlib.suppress(Refused):  # the denoiser says so itself when its turn comes
-            denoising = denoiser.seconds(session.original_scene, session.original_layer, frame.region.pixels)
-            seconds = max(seconds - denoising, _LEAST_PART * seconds)
+            seconds = max(seconds - steps.denoising_seconds(session, frame), _LEAST_PART * seconds)
     return rounds.Goal(sampled.samples, sampled.threshold, sampled.least, seconds or None)
 
 
