@@ -3,8 +3,12 @@
 
 from dataclasses import dataclass
 
+from ..blender.region import Region
 from .random_numbers import animated_seed
 from .session import LARGEST
+
+# Sides of Cycles' tiles are multiples of this, as its files are written so (`TileManager::IMAGE_TILE_SIZE`).
+_TILE_STEP = 128
 
 
 @dataclass(frozen=True)
@@ -72,6 +76,12 @@ class Sampling:
     def is_even(self):
         """Whether every pixel takes all samples, however long that may take."""
         return self.threshold is None and not self.time_limit
+
+
+def is_tiled(scene):
+    """Whether Cycles would render a scene in tiles, to save memory (`Session::get_effective_tile_size`)."""
+    side = -(-scene.cycles.tile_size // _TILE_STEP) * _TILE_STEP
+    return scene.cycles.use_auto_tile and side**2 < Region.of_render(scene.render).pixels
 
 
 def exactly(samples, seed=None):

@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 
 from ..blender.refusal import Refused
 from ..cycles import denoiser
-from ..cycles.sampling import Sampling
+from ..cycles.sampling import Sampling, is_tiled
 from . import gather, rounds, sub_frames
 from .frame import reduces_noise
 
@@ -41,16 +41,23 @@ def of_layer(scene, layer, use, scene_messages):
     scene_messages : callable
         Why what is seen cannot be rendered by Gather (`custom_camera.messages`); asked only where that matters.
     """
-    chosen = _without_cycles_pattern(scene, layer, use, scene_messages)
-    pattern = scene.cycles.sampling_pattern
-    if chosen.method == "CYCLES" or pattern in {"AUTOMATIC", "BLUE_NOISE"}:
+    chosen = _chosen(scene, layer, use, scene_messages)
+    if chosen.method == "CYCLES":
         return chosen
-    told = f"Cycles' pattern {pattern.replace('_', ' ').title()} does not apply"
-    return replace(chosen, differences=(*chosen.differences, told))
+    return replace(chosen, differences=(*chosen.differences, *_never_applied(scene)))
 
 
-def _without_cycles_pattern(scene, layer, use, scene_messages):
-    """As `of_layer`, whatever Cycles' own pattern is set to."""
+def _never_applied(scene):
+    """What does not apply of Cycles' settings, whichever method of ours is chosen."""
+    pattern = scene.cycles.sampling_pattern
+    if pattern not in {"AUTOMATIC", "BLUE_NOISE"}:
+        yield f"Cycles' pattern {pattern.replace('_', ' ').title()} does not apply"
+    if is_tiled(scene):
+        yield "Tile Size does not apply: memory is taken for all of the frame at once"
+
+
+def _chosen(scene, layer, use, scene_messages):
+    """As `of_layer`, but for `_never_applied`."""
     settings, sampling = scene.spectral_tiles, Sampling.of_layer(scene, layer)
     if settings.method == "SUB_FRAMES":
         refusals = _refusals(sub_frames.CHECKS, scene, layer)

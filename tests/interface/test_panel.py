@@ -93,6 +93,18 @@ def test_a_pattern_of_cycles_that_does_not_apply_is_told():
     assert not forecast.chosen(scene, bpy.context.view_layer).differences
 
 
+@pytest.mark.parametrize("method", ["AUTO", "IN_PLACE", "GATHER", "SUB_FRAMES"])
+def test_a_frame_larger_than_its_tiles_is_told(method):
+    scene = build_scene(256)
+    scene.cycles.samples, scene.spectral_tiles.method = 16, method
+    for side, is_on, is_told in ((100, True, True), (128, False, False), (256, True, False), (2048, True, False)):
+        scene.cycles.tile_size, scene.cycles.use_auto_tile = side, is_on
+        assert any("Tile Size" in line for line in chosen(scene).differences) == is_told
+    scene.spectral_tiles.enabled, scene.cycles.tile_size, scene.cycles.samples = True, 128, 1
+    scene.spectral_tiles.method = "AUTO"  # which leaves one sample to Cycles, tiles and all
+    assert not chosen(scene).differences
+
+
 def test_one_lamp_and_a_world_are_not_two_lights():
     scene = build_scene()
     rendering.set_world((1, 1, 1))
