@@ -11,13 +11,15 @@ import bpy
 from .refusal import Cancelled, Refused
 
 
-def report(engine, message):
+def report(engine, message, kind="ERROR"):
     """Show `message` as the render's error; on the command line also make Blender's exit code 1.
+
+    An ERROR ends the render, and no picture is written; after a WARNING it goes on.
 
     Blender ends with code 0 after `blender -b scene.blend -f 1` whatever the engine reports, which a farm would take
     for success.  Inside Python (the `bpy` module, scripts) the operator raises `RuntimeError` as for any engine.
     """
-    engine.report({"ERROR"}, message)
+    engine.report({kind}, message)
     engine.error_set(message)
     if bpy.app.background and not bpy.app.module:
         atexit.unregister(_fail)

@@ -21,6 +21,9 @@ from .passes import NOISY
 # Sides of two squares that tell how long pictures take: what is the same for both is not the pixels'.
 _TRIED = 64, 160
 
+#: What it raises where it cannot do its work.
+FAILURES = Refused, OSError, MemoryError
+
 _ALBEDO, _NORMAL = "Denoising Albedo", "Denoising Normal"
 
 # What the file denoiser looks for.  Motion vectors only serve sequences of frames.
@@ -73,8 +76,8 @@ def denoise(scene, layer, region, passes):
 
     Raises
     ------
-    Refused
-        The denoiser fails.
+    Refused, OSError, MemoryError
+        The denoiser fails (`FAILURES`).
     """
     denoised = {}
     for (name, noisy), view in itertools.product(NOISY.items(), dict.fromkeys(view for _, view in passes)):
@@ -118,7 +121,7 @@ def _denoise(scene, layer, size, color, normal, albedo):
                 output=[path],
             )
         except ValueError as error:
-            raise Refused(f"Cannot denoise: {error}") from error
+            raise Refused(str(error)) from error
         image = oiio.ImageBuf(path)
         red, green, blue = (image.spec().channelindex(name) for name in _CHANNELS[:3])
         return image.get_pixels(oiio.FLOAT)[..., [red, green, blue]].reshape(-1, 3)
@@ -132,4 +135,4 @@ def _write(path, size, pixels):
     spec.attribute("compression", "none")
     spec.attribute("cycles.Image.samples", "1")
     if not image.write(path):
-        raise Refused(f"Cannot denoise: {path} cannot be written: {image.geterror()}")
+        raise Refused(f"{path} cannot be written: {image.geterror()}")

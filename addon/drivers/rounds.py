@@ -12,9 +12,8 @@ import bpy
 import numpy as np
 
 from ..blender.display import Picture
-from ..blender.refusal import Refused
 from ..blender.region import Rectangle, Region
-from ..cycles import passes, sampling
+from ..cycles import denoiser, passes, sampling
 from ..cycles.session import LARGEST, Shot
 from ..farm import layers
 from ..picture.accumulation import Accumulation
@@ -92,7 +91,7 @@ def _goal(session, frame):
     """The goal that Cycles' settings mean; a part of a time limit is the denoiser's."""
     sampled, seconds = frame.sampling, frame.sampling.time_limit
     if seconds and frame.denoise:
-        with contextlib.suppress(Refused):  # the denoiser says so itself when its turn comes
+        with contextlib.suppress(*denoiser.FAILURES):  # the denoiser says so itself when its turn comes
             seconds = max(seconds - steps.denoising_seconds(session, frame), _LEAST_PART * seconds)
     return rounds.Goal(sampled.samples, sampled.threshold, sampled.least, seconds or None)
 

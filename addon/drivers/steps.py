@@ -6,7 +6,6 @@ import time
 import numpy as np
 
 from ..blender import failure
-from ..blender.refusal import Refused
 from ..cycles import denoiser, passes
 from ..picture import control_variates, denoiser_bias
 from ..picture.nonnegative import nonnegative
@@ -57,7 +56,10 @@ def without_noise(session, picture, clean, first, count):
 
 
 def finish(session, frame, picture):
-    """Make a picture the engine's result, denoised if its frame says so."""
+    """Make a picture the engine's result, denoised if its frame says so.
+
+    Where the denoiser fails it stays noisy, and is written: the report is no error, by which Blender would lose it.
+    """
     engine, name = session.engine, session.layer_name
     if frame.denoise:
         picture = picture.with_noisy()
@@ -70,10 +72,11 @@ def finish(session, frame, picture):
             {key: nonnegative(picture.light_of(key)[:3]) for key in picture.passes if key[0] in passes.NOISY.values()}
         )
         clean = denoiser.denoise(session.original_scene, session.original_layer, frame.region, noisy.passes)
-    except Refused as refused:
-        failure.report(engine, str(refused))
+        clean = _without_bias(noisy, clean)
+    except denoiser.FAILURES as error:
+        failure.report(engine, f"Cannot denoise: {error}", "WARNING")
     else:
-        passes.write(engine, frame.region, name, picture.passes | _without_bias(noisy, clean))
+        passes.write(engine, frame.region, name, picture.passes | clean)
 
 
 def _without_bias(noisy, clean):

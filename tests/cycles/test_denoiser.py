@@ -103,3 +103,21 @@ def test_all_that_is_denoised_is_reckoned_with(monkeypatch):
     scene.render.use_multiview = True
     layer.cycles.use_pass_shadow_catcher = True
     assert denoiser.seconds(scene, layer, 100_000) == pytest.approx(0.8, rel=0.3)
+
+
+@pytest.mark.parametrize("error", denoiser.FAILURES)
+@pytest.mark.parametrize("time_limit", [0.0, 1.0])
+def test_a_failure_leaves_the_noisy_picture(tmp_path, monkeypatch, capfd, error, time_limit):
+    """... which is written, and says what is the matter."""
+    scene = build_scene(16, 16)
+    scene.cycles.time_limit = time_limit
+
+    def fail(*_):
+        raise error("out of memory")
+
+    monkeypatch.setattr(denoiser, "_denoise", fail)
+    passes = rendering.render(tmp_path, "SPECTRAL_TILES", samples=16)
+    noisy = passes["ViewLayer.Noisy Image"]
+    assert noisy.mean() > 0.1 and np.array_equal(passes["ViewLayer.Combined"], noisy)
+    told = capfd.readouterr()
+    assert (told.out + told.err).count("Cannot denoise") == 1 and "out of memory" in told.out + told.err
