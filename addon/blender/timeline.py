@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The time of a render's own copy of the scene, apart from that of the user's."""
 
+import contextlib
 import math
 
 import bpy
@@ -28,6 +29,24 @@ def go_to(engine, scene, time, home):
     frame = math.floor(time)
     engine.frame_set(frame, subframe=time - frame)
     put_back(scene, home)
+
+
+@contextlib.contextmanager
+def kept(scene, time):
+    """Inside a `with` block, put the frame of the original scene back whenever Blender tells how a render goes on.
+
+    Cycles leaves the user's timeline at what it takes for the frame's time once it has read motion.
+    """
+
+    def keep(*_):
+        put_back(scene, time)
+
+    bpy.app.handlers.render_stats.insert(0, keep)
+    try:
+        yield
+    finally:
+        bpy.app.handlers.render_stats.remove(keep)
+        keep()
 
 
 def put_back(scene, time):

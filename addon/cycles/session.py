@@ -111,10 +111,6 @@ class Session:
         main_thread.run(lambda: self._move(time, write), self.engine)
         self.reset()
 
-    def put_timeline_back(self):
-        """Undo what Cycles does to the user's timeline when it reads motion at another time than the frame's."""
-        main_thread.run(lambda: timeline.put_back(self.original_scene, self.time), self.engine)
-
     def leave(self):
         """Set the scene to the time that it was found at, after `go_to`."""
         main_thread.run(lambda: self._move(self.time, lambda written: None), self.engine)

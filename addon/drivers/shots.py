@@ -3,7 +3,7 @@
 
 import numpy as np
 
-from ..blender import display, main_thread
+from ..blender import display, main_thread, timeline
 from ..blender.evaluated import render_settings
 from ..blender.progress import Progress
 from ..blender.region import Rectangle
@@ -114,8 +114,8 @@ class Shots:
             self._opening = shot.opening
             time = session.time + exposure.shutter_times(np.array(shot.opening), session.scene.render).mean()
         session.go_to(time, lambda written: self._aim(written, shot, first))
-        found = session.call()
-        session.put_timeline_back()
+        with timeline.kept(session.original_scene, session.time):
+            found = session.call()
         # Cycles writes some data with the very first sample only.
         data = steps.pictured(session, found).of_kind(passes.Kind.FIRST_SAMPLE)
         if with_data and data and shot.first > 0:
