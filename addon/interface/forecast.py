@@ -61,7 +61,7 @@ def sentence(scene, layer):
     is_reduced = frame.reduces_noise(settings, Sampling.of_layer(scene, layer))
     return {
         "CYCLES": "Leaves this frame to Cycles",
-        "ROUNDS": "Takes more samples where this frame is noisy, fewer where it is clean",
+        "ROUNDS": "Takes more samples where this frame is noisy, if that is worth it",
         "IN_PLACE": f"Optimized for {noise_sources(use)}" if is_reduced else "Takes Cycles' own samples",
         "GATHER": f"Optimized for {noise_sources(use)}",
         "SUB_FRAMES": _sub_frames_sentence(scene, layer),
