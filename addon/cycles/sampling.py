@@ -7,9 +7,6 @@ from ..blender.region import Region
 from .random_numbers import animated_seed
 from .session import LARGEST
 
-# Sides of Cycles' tiles are multiples of this, as its files are written so (`TileManager::IMAGE_TILE_SIZE`).
-_TILE_STEP = 128
-
 
 @dataclass(frozen=True)
 class Sampling:
@@ -79,8 +76,8 @@ class Sampling:
 
 
 def is_tiled(scene):
-    """Whether Cycles would render a scene in tiles, to save memory (`Session::get_effective_tile_size`)."""
-    side = -(-scene.cycles.tile_size // _TILE_STEP) * _TILE_STEP
+    """Whether Cycles would render a scene in tiles, of steps of 128 pixels (`Session::get_effective_tile_size`)."""
+    side = -(-scene.cycles.tile_size // 128) * 128
     return scene.cycles.use_auto_tile and side**2 < Region.of_render(scene.render).pixels
 
 
