@@ -109,7 +109,9 @@ def test_registers_again_and_again(extension):
             len(found) for name in dir(bpy.app.handlers) if isinstance(found := getattr(bpy.app.handlers, name), list)
         ]
         classes = sorted(name for name in dir(bpy.types) if "spectral_tiles" in name.lower())
-        return handlers, classes, bpy.utils.preset_paths("spectral_tiles")
+        keymaps = bpy.context.window_manager.keyconfigs.addon.keymaps
+        keys = [item.idname for keymap in keymaps for item in keymap.keymap_items]
+        return handlers, classes + keys, bpy.utils.preset_paths("spectral_tiles")
 
     rendering.empty_scene()
     settings().sub_frames = 17

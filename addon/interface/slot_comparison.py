@@ -9,6 +9,9 @@ from . import forecast
 # Name of the slot, and whether what goes into it is ours.
 _RENDERS = (("Cycles", False), ("Spectral Tiles", True))
 
+# What holds both; after another file is loaded, which brings empty slots of these names, it is another one.
+_compared = None
+
 
 def _use_slot(name):
     """Render into the slot of this name, which is made if needed; the user's own slots keep what they hold."""
@@ -23,7 +26,9 @@ def _use_slot(name):
 
 def _name_slot(name):
     """Name the slot that was rendered into, which Blender made if there was none."""
-    bpy.data.images["Render Result"].render_slots.active.name = name
+    global _compared
+    image = bpy.data.images["Render Result"]
+    image.render_slots.active.name, _compared = name, image.session_uid
 
 
 class SPECTRAL_TILES_OT_compare(bpy.types.Operator):
@@ -101,4 +106,39 @@ class SPECTRAL_TILES_OT_compare(bpy.types.Operator):
         self._stopped = True
 
 
-register, unregister = bpy.utils.register_classes_factory((SPECTRAL_TILES_OT_compare,))
+class SPECTRAL_TILES_OT_other_slot(bpy.types.Operator):
+    bl_idname = "spectral_tiles.other_slot"
+    bl_label = "Step Between the Compared"
+    bl_description = "Show the other one of the two render slots that were compared, whatever is in the user's own"
+    bl_options = {"INTERNAL"}
+
+    @classmethod
+    def poll(cls, context):
+        image = getattr(context.space_data, "image", None)
+        is_compared = image is not None and image.session_uid == _compared
+        return is_compared and image.render_slots.active.name in dict(_RENDERS)
+
+    def execute(self, context):
+        shown = context.space_data.image.render_slots.active.name
+        _use_slot(next(name for name, _ in _RENDERS if name != shown))
+        context.area.tag_redraw()
+        return {"FINISHED"}
+
+
+_CLASSES = (SPECTRAL_TILES_OT_compare, SPECTRAL_TILES_OT_other_slot)
+_register_classes, _unregister_classes = bpy.utils.register_classes_factory(_CLASSES)
+_key = None
+
+
+def register():
+    global _key
+    _register_classes()
+    # Before Blender's own J, which steps through all slots that hold something, and is left to the user's slots.
+    keymap = bpy.context.window_manager.keyconfigs.addon.keymaps.new("Image Generic", space_type="IMAGE_EDITOR")
+    _key = keymap, keymap.keymap_items.new(SPECTRAL_TILES_OT_other_slot.bl_idname, "J", "PRESS")
+
+
+def unregister():
+    keymap, item = _key
+    keymap.keymap_items.remove(item)
+    _unregister_classes()

@@ -116,10 +116,18 @@ def compare():
         slots.active_index = names.index(name)
         yield from shoot_still(f"slot_{name}")
         artist.save_result(name)
-    slots.active_index = names.index("Cycles")
+    # As the comparison has left them; the user's first slot holds a picture, too.
+    stepped = []
+    for _ in range(3):
+        before = slots.active.name
+        press("j")
+        yield from until(lambda before=before: slots.active.name != before)
+        stepped.append(slots.active.name)
+        yield from shoot_still(f"stepped_{len(stepped)}")
+    slots.active_index = 0
     press("j")
-    yield from until(lambda: slots.active.name != "Cycles")
-    note(slots=names, slot_after_j=slots.active.name)
+    yield from until(lambda: slots.active_index != 0)
+    note(slots=names, stepped=stepped, stepped_from_the_first=slots.active.name)
     settings().enabled = True
     yield from back()
     screen = bpy.context.window_manager.windows[0].screen
