@@ -79,22 +79,21 @@ def build_scene():
 
 
 # A tab of the properties, and the object that it tells of.
-TABS = {"MATERIAL": "Cube", "LIGHT": "Light", "WORLD": "Cube", "CAMERA": "Camera", "OBJECT": "Cube"}
+TABS = {
+    "MATERIAL": "Cube", "LIGHT": "Light", "WORLD": "Cube", "CAMERA": "Camera", "OBJECT": "Cube",
+    "RENDER": "Cube", "OUTPUT": "Cube", "VIEW_LAYER": "Cube",
+}  # fmt: skip
 SPACE_NAMES = {"LIGHT": "DATA", "CAMERA": "DATA"}
 
 
 def polls():
-    """Names of the panels of the properties that are shown."""
-    tab = area("PROPERTIES").spaces[0].context
+    """Names of the panels of the properties, in any of their tabs, that are shown where the tab is."""
     with looking_at("PROPERTIES"):
         panels = [found for name in dir(bpy.types) if hasattr(found := getattr(bpy.types, name), "bl_space_type")]
         return [
             panel.__name__
             for panel in panels
-            if issubclass(panel, bpy.types.Panel)
-            and panel.bl_space_type == "PROPERTIES"
-            and getattr(panel, "bl_context", "") == tab.lower()
-            and _is_shown(panel)
+            if issubclass(panel, bpy.types.Panel) and panel.bl_space_type == "PROPERTIES" and _is_shown(panel)
         ]
 
 
