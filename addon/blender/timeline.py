@@ -33,10 +33,7 @@ def go_to(engine, scene, time, home):
 
 @contextlib.contextmanager
 def kept(scene, time):
-    """Inside a `with` block, put the frame of the original scene back whenever Blender tells how a render goes on.
-
-    Cycles leaves the user's timeline at what it takes for the frame's time once it has read motion.
-    """
+    """Put the user's timeline back at once where Cycles, having read motion, leaves it at another moment."""
 
     def keep(*_):
         put_back(scene, time)

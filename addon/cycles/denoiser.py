@@ -5,7 +5,6 @@ Cycles must not denoise while it renders, for it sees the pixels out of order th
 afterwards, with the scene's denoiser, guiding passes, prefilter and quality (`session/denoising.cpp` of Cycles).
 """
 
-import itertools
 import os
 import tempfile
 import time
@@ -41,8 +40,11 @@ def wanted(scene, layer):
 
 
 def check(scene, layer):
-    """Raise `Refused` if denoising is wanted and this build of Blender lacks what it needs."""
+    """Raise `Refused` if denoising is wanted and cannot be done here."""
     if wanted(scene, layer):
+        # Cycles would read a catcher's shadow and alpha from the Combined that it leaves empty for the noisy one.
+        if any(made.is_shadow_catcher and made.type != "LIGHT" for made in bpy.data.objects):
+            raise Refused("A picture with a shadow catcher can only be denoised by Cycles itself")
         try:
             openimageio.load()
         except Refused as refused:
@@ -80,12 +82,10 @@ def denoise(scene, layer, region, passes):
         The denoiser fails (`FAILURES`).
     """
     denoised = {}
-    for (name, noisy), view in itertools.product(NOISY.items(), dict.fromkeys(view for _, view in passes)):
-        if (noisy, view) in passes:
-            clean = passes[noisy, view].copy()
-            guides = passes[_NORMAL, view], passes[_ALBEDO, view]
-            clean[:, :3] = _denoise(scene, layer, region.size, clean[:, :3], *guides)
-            denoised[name, view] = clean
+    for view in (view for name, view in passes if name == NOISY):
+        clean = passes[NOISY, view].copy()
+        clean[:, :3] = _denoise(scene, layer, region.size, clean[:, :3], passes[_NORMAL, view], passes[_ALBEDO, view])
+        denoised["Combined", view] = clean
     return denoised
 
 
@@ -103,7 +103,7 @@ def seconds(scene, layer, pixels):
     small, large = (side**2 for side in _TRIED)
     one = found[1] + max(found[1] - found[0], 0.0) * max(pixels - large, 0) / (large - small)
     views = sum(view.use for view in scene.render.views) if scene.render.use_multiview else 1
-    return one * views * (2 if layer.cycles.use_pass_shadow_catcher else 1)
+    return one * views
 
 
 def _denoise(scene, layer, size, color, normal, albedo):

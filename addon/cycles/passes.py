@@ -43,8 +43,8 @@ _DIVIDED = {
 
 _RADIANCE = {"Combined", "Noisy Image", "Volume Direct", "Volume Indirect", "Ambient Occlusion"}
 
-#: The noisy passes that Cycles denoises, and the names under which it then renders them.
-NOISY = {"Combined": "Noisy Image", "Shadow Catcher": "Noisy Shadow Catcher"}
+#: The name under which Cycles renders Combined where that is to be denoised.
+NOISY = "Noisy Image"
 
 
 def divisor(name):

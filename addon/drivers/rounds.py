@@ -58,7 +58,7 @@ def render(session, frame):
     steps.add_guides(session, frame)
     goal = _goal(session, frame)
     # What is to be denoised comes under another name, and Combined stays empty until then.
-    light = passes.NOISY["Combined"] if frame.denoise else "Combined"
+    light = passes.NOISY if frame.denoise else "Combined"
     growing = grown(session, goal, lambda: time.perf_counter() - begun, light)
     # Rates change the mean, for samples where there is much noise take longer: a goal is what even samples would be.
     mean = goal.samples if goal.is_mean else growing.sums.counts.mean()

@@ -69,7 +69,7 @@ def finish(session, frame, picture):
     engine.update_stats("", "Denoising")
     try:
         noisy = picture.with_light_of(
-            {key: nonnegative(picture.light_of(key)[:3]) for key in picture.passes if key[0] in passes.NOISY.values()}
+            {key: nonnegative(picture.light_of(key)[:3]) for key in picture.passes if key[0] == passes.NOISY}
         )
         clean = denoiser.denoise(session.original_scene, session.original_layer, frame.region, noisy.passes)
         clean = _without_bias(noisy, clean)
@@ -84,7 +84,7 @@ def _without_bias(noisy, clean):
     if noisy.parts is None:
         return clean
     view = noisy.first_view
-    before, after = (passes.NOISY["Combined"], view), ("Combined", view)
+    before, after = (passes.NOISY, view), ("Combined", view)
     denoised = noisy.with_passes(clean)
     light = denoiser_bias.reduced(noisy.light_of(before)[:3], denoised.light_of(after)[:3], noisy.parts)
     return clean | {after: denoised.with_light_of({after: light}).passes[after]}

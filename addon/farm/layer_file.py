@@ -124,7 +124,7 @@ class LayerFile:
         if len(set(channels)) < len(channels):
             raise seal.refusal(path, "cannot be merged: two of its channels have the same name")
         for channel in channels:
-            if channel.render_pass in passes.NOISY.values() and channel.render_pass not in types.get(channel.layer, {}):
+            if channel.render_pass == passes.NOISY and channel.render_pass not in types.get(channel.layer, {}):
                 raise seal.refusal(path, "was denoised; denoise after merging")
         divisors = _divisors(path, channels, types)
         known["size"] = "{0.width} x {0.height}".format(specs[0])

@@ -109,8 +109,7 @@ class SPECTRAL_TILES_OT_compare(bpy.types.Operator):
 class SPECTRAL_TILES_OT_other_slot(bpy.types.Operator):
     bl_idname = "spectral_tiles.other_slot"
     bl_label = "Step Between the Compared"
-    bl_description = "Show the other one of the two render slots that were compared, whatever is in the user's own"
-    bl_options = {"INTERNAL"}
+    bl_description = "Show the other one of the two render slots that were compared"
 
     @classmethod
     def poll(cls, context):
@@ -121,7 +120,6 @@ class SPECTRAL_TILES_OT_other_slot(bpy.types.Operator):
     def execute(self, context):
         shown = context.space_data.image.render_slots.active.name
         _use_slot(next(name for name, _ in _RENDERS if name != shown))
-        context.area.tag_redraw()
         return {"FINISHED"}
 
 

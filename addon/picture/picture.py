@@ -107,13 +107,12 @@ class Picture:
     def combined(self):
         """What is seen, (pixels, 4), before any denoiser."""
         view = self.first_view
-        return self.passes.get((NOISY["Combined"], view), self.passes["Combined", view])
+        return self.passes.get((NOISY, view), self.passes["Combined", view])
 
     def with_noisy(self):
-        """The picture whose denoised passes hold what Cycles has under the names of the noisy ones."""
-        denoised = {noisy: name for name, noisy in NOISY.items()}
+        """The picture whose Combined holds what Cycles has under the name of the noisy one."""
         return self.with_passes(
-            {(denoised[name], view): pixels for (name, view), pixels in self.passes.items() if name in denoised}
+            {("Combined", view): pixels for (name, view), pixels in self.passes.items() if name == NOISY}
         )
 
     def moved(self, film):
