@@ -4,7 +4,8 @@
 Between two moments Cycles reads only what has changed if its session is kept, and the whole scene if not.  Whether it
 is kept is asked of the settings that Blender's render has copied from the scene when it began: after the handlers of
 *Render Init*, and before those of *Render Pre* (`RE_RenderFrame`, `RE_RenderAnim`).  So the scene's setting is on
-between these two only, but for files that are saved there, and no evaluated scene or panel ever sees it.
+between these two only, but for files that are saved there (autosave, which tells nobody, waits for a render's end), and
+no evaluated scene or panel ever sees it.
 """
 
 import bpy
@@ -52,7 +53,7 @@ def _set(is_kept):
 def _free(scene, *_):
     if scene.name_full in _kept:
         _kept.remove(scene.name_full)
-        _on.discard(scene.name_full)
+        _switch_off(scene)  # there was no Render Pre if the picture was too small, say
         # Blender frees what was kept whenever this is set, and off; the user may have switched it on meanwhile.
         scene.render.use_persistent_data = scene.render.use_persistent_data
 

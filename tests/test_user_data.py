@@ -161,6 +161,17 @@ def test_a_mistake(tmp_path, monkeypatch, method, error):
     assert_untouched(watch, before, [(1, 0.0)], {"render_pre"})
 
 
+def test_a_picture_that_is_too_small(tmp_path):
+    """Blender gives up between Render Init and Render Pre."""
+    render = build_scene("SUB_FRAMES").render
+    render.use_border = render.use_crop_to_border = True
+    render.border_min_x, render.border_max_x = 0.5, 0.501
+    before = what_is_set()
+    with pytest.raises(RuntimeError, match="Image too small"):
+        bpy.ops.render.render()
+    assert changes(before, what_is_set()) == {}
+
+
 @pytest.mark.parametrize("method", METHODS)
 def test_the_next_render_is_the_same(tmp_path, method):
     """Nothing of a render is left in the evaluated scene, though Blender may keep that."""

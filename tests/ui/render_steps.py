@@ -142,6 +142,8 @@ def sub_frames():
         lamp.keyframe_insert("energy", frame=frame)
     bpy.context.scene.frame_set(1)
     settings().method, settings().sub_frames = "SUB_FRAMES", 16
+    layer = bpy.context.scene.view_layers[0]
+    layer.use_pass_vector = True  # for which Cycles goes to other frames, too
     before, moments = artist.everything_set(), artist.TOLD["frame_change_post"]
     begun = len(moments)
     yield from artist.rendered()
@@ -166,7 +168,7 @@ def sub_frames():
     yield from shoot_still("sub_frames_left")
     yield from back()
     take(artist.SAMPLES)
-    settings().method = "AUTO"
+    settings().method, layer.use_pass_vector = "AUTO", False
     lamp.animation_data_clear()
 
 
