@@ -48,9 +48,11 @@ def run(function, engine):
         function()
         return
     made = concurrent.futures.Future()
-    _calls.put((function, made))
+    made.call = function
+    _calls.put(made)
     while not concurrent.futures.wait([made], _PAUSE).done:
         if (not _is_served or engine.test_break()) and made.cancel():
+            del made.call
             function()
             return
     made.result()
@@ -73,25 +75,36 @@ def telling(tell):
 
 def _serve():
     """Timer of the main thread: run what is waiting, and what follows soon; return in how long to look again."""
-    with _telling:
-        for tell in _tellers:
-            tell()
+    _tell()
     if _calls.empty():
         return _PAUSE
     end = time.monotonic() + _TURN
     with contextlib.suppress(queue.Empty):
         while (left := end - time.monotonic()) > 0.0:
-            _answer(*_calls.get(timeout=left))
+            _answer(_calls.get(timeout=left))
     return 0.0
 
 
-def _answer(function, made):
+# Nothing of a render may be held here when it goes on: Blender frees its engine, and Cycles its session only if nobody
+# has the engine then.
+
+
+def _tell():
+    with _telling:
+        for tell in _tellers:
+            tell()
+
+
+def _answer(made):
     """Call a function for its caller, unless that has done so itself."""
     if made.set_running_or_notify_cancel():
         try:
-            made.set_result(function())
+            made.call()
         except Exception as error:
             made.set_exception(error)
+        else:
+            del made.call
+            made.set_result(None)
 
 
 def register():

@@ -3,6 +3,7 @@
 
 import threading
 import time
+import weakref
 from types import SimpleNamespace
 
 import pytest
@@ -75,3 +76,35 @@ def test_main_thread_tells_while_it_is_wanted():
         main_thread._serve()
     main_thread._serve()
     assert told == [threading.main_thread()]
+
+
+class Render:
+    """What must be gone when it is over."""
+
+    def call(self):
+        pass
+
+
+@pytest.mark.parametrize(("engine", "serve"), [(GOING_ON, True), (CANCELLED, False)])
+def test_a_render_that_is_over_is_not_held(engine, serve):
+    """Neither by those that tell of it, nor by what it wanted and the main thread has not looked at."""
+    render, left = Render(), []
+    seen = weakref.ref(render)
+
+    def job(render):
+        with main_thread.telling(render.call):
+            main_thread.run(render.call, engine)
+            main_thread.run(lambda: None, engine)
+
+    def work(held):
+        job(held.pop())
+        left.append(seen())
+
+    thread = threading.Thread(target=work, args=([render],))
+    del render
+    thread.start()
+    while thread.is_alive():
+        if serve:
+            main_thread._serve()
+    main_thread._serve()
+    assert left == [None]
