@@ -67,6 +67,12 @@ def test_the_whole_session_ran(facts):
     assert facts["finished"]
 
 
+def test_nothing_goes_wrong_unseen(results):
+    """Such as an engine that somebody holds when Blender frees it, and with it Cycles' session."""
+    log = (results / "log.txt").read_text()
+    assert "Exception ignored" not in log and "Traceback" not in log, log
+
+
 def test_installed_through_the_preferences(facts):
     assert facts["enabled"]
 
