@@ -44,12 +44,16 @@ def of_layer(scene, layer, use, scene_messages):
     chosen = _chosen(scene, layer, use, scene_messages)
     if chosen.method == "CYCLES":
         return chosen
-    return replace(chosen, differences=(*chosen.differences, *_never_applied(scene)))
+    return replace(chosen, differences=tuple(_differences(chosen.method, scene, layer)))
 
 
-def _never_applied(scene):
-    """What does not apply of Cycles' settings, whichever method of ours is chosen."""
-    pattern = scene.cycles.sampling_pattern
+def _differences(method, scene, layer):
+    """What does not apply of Cycles' settings, a line each."""
+    sampling, pattern = Sampling.of_layer(scene, layer), scene.cycles.sampling_pattern
+    if method == "GATHER" and scene.spectral_tiles.filter != "AS_CYCLES" and sampling.threshold is not None:
+        yield f"Noise Threshold does not apply to a filter: every pixel takes {sampling.samples} samples"
+    if method == "SUB_FRAMES" and not sampling.is_even:
+        yield f"Noise Threshold and Time Limit do not apply to sub-frames: every pixel takes {sampling.samples} samples"
     if pattern not in {"AUTOMATIC", "BLUE_NOISE"}:
         yield f"Cycles' pattern {pattern.replace('_', ' ').title()} does not apply"
     if is_tiled(scene):
@@ -57,17 +61,15 @@ def _never_applied(scene):
 
 
 def _chosen(scene, layer, use, scene_messages):
-    """As `of_layer`, but for `_never_applied`."""
+    """As `of_layer`, but for the differences of our own methods."""
     settings, sampling = scene.spectral_tiles, Sampling.of_layer(scene, layer)
     if settings.method == "SUB_FRAMES":
-        refusals = _refusals(sub_frames.CHECKS, scene, layer)
-        return Choice("SUB_FRAMES", refusals, tuple(_sub_frame_differences(sampling)))
+        return Choice("SUB_FRAMES", _refusals(sub_frames.CHECKS, scene, layer))
     if settings.method == "GATHER" or settings.pattern != "AUTO" or settings.filter != "AS_CYCLES":
         if settings.method == "IN_PLACE":
             return Choice("CYCLES", (_NOT_IN_PLACE,))
         # What is seen is asked of a camera that is one, so only after the others.
-        refusals = _refusals(gather.CHECKS, scene, layer) or tuple(scene_messages())
-        return Choice("GATHER", refusals, tuple(_gather_differences(settings, sampling)))
+        return Choice("GATHER", _refusals(gather.CHECKS, scene, layer) or tuple(scene_messages()))
     cannot_denoise = _refusals((denoiser.check,), scene, layer)
     if not sampling.count or cannot_denoise:
         return Choice("CYCLES", differences=cannot_denoise)
@@ -95,13 +97,3 @@ def _refusals(checks, scene, layer):
         except Refused as refused:
             found.append(str(refused))
     return tuple(found)
-
-
-def _gather_differences(settings, sampling):
-    if settings.filter != "AS_CYCLES" and sampling.threshold is not None:
-        yield f"Noise Threshold does not apply to a filter: every pixel takes {sampling.samples} samples"
-
-
-def _sub_frame_differences(sampling):
-    if not sampling.is_even:
-        yield f"Noise Threshold and Time Limit do not apply to sub-frames: every pixel takes {sampling.samples} samples"
