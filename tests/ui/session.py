@@ -93,7 +93,9 @@ def polls():
         return [
             panel.__name__
             for panel in panels
-            if issubclass(panel, bpy.types.Panel) and panel.bl_space_type == "PROPERTIES" and _is_shown(panel)
+            if issubclass(panel, bpy.types.Panel)
+            and (panel.bl_space_type, panel.bl_region_type) == ("PROPERTIES", "WINDOW")
+            and _is_shown(panel)
         ]
 
 

@@ -248,7 +248,8 @@ def test_comparison_fills_its_slots(results, facts):
     assert facts["stepped"] == ["Cycles", "Spectral Tiles", "Cycles"]
     assert facts["stepped_from_the_first"] == "Cycles"  # the next one that holds something
     for name, place in (("Cycles", 1), ("Spectral Tiles", 2)):
-        assert np.array_equal(picture(results / f"slot_{name}.png"), picture(results / f"stepped_{place}.png"))
+        slot, stepped = (picture(results / f"{shot}.png")[:870] for shot in (f"slot_{name}", f"stepped_{place}"))
+        assert np.array_equal(slot, stepped)  # but for a message below
     assert {"VIEW_3D", "PROPERTIES"} <= set(facts["areas_after_comparison"])  # Esc leads back to them
     cycles, ours = picture(results / "Cycles.exr"), picture(results / "Spectral Tiles.exr")
     assert np.abs(cycles - ours).mean() < 0.1 * cycles.mean()
