@@ -316,6 +316,25 @@ def test_rendered_on_the_command_line(root, home):
     assert picture(home / "picture_0001.png").shape == (32, 32, 3)
 
 
+FAILING_DENOISER = """
+import importlib
+denoiser = importlib.import_module("bl_ext.user_default.spectral_tiles.addon.cycles.denoiser")
+denoiser.openimageio.load = lambda: None  # as if this build had the module
+def fail(*_):
+    raise MemoryError("out of memory")
+denoiser._denoise = fail
+"""
+
+
+def test_a_failed_denoiser_on_the_command_line(root, home):
+    """Exit code 1, one line that says why, and the noisy picture."""
+    (home / "failing.py").write_text(FAILING_DENOISER)
+    done = window.run(root, home, "blender", "-b", "denoised.blend", "-P", "failing.py", "-f", "2")
+    assert done.returncode == 1 and done.stdout.count("Cannot denoise: out of memory") == 1, done.stdout
+    assert picture(home / "picture_0002.png").std() > 0.01
+    (home / "picture_0002.png").unlink()
+
+
 def command(root, home, *arguments, before=()):
     """Exit code of our command, and the lines that it wrote by itself."""
     done = window.run(root, home, *before, "blender", "--command", "spectral_tiles", *arguments)
