@@ -110,7 +110,7 @@ def test_registers_again_and_again(extension):
         ]
         classes = sorted(name for name in dir(bpy.types) if "spectral_tiles" in name.lower())
         keymaps = bpy.context.window_manager.keyconfigs.addon.keymaps
-        keys = [item.idname for keymap in keymaps for item in keymap.keymap_items]
+        keys = [item.idname for keymap in keymaps for item in keymap.keymap_items if "spectral_tiles" in item.idname]
         return handlers, classes + keys, bpy.utils.preset_paths("spectral_tiles")
 
     rendering.empty_scene()
