@@ -85,11 +85,8 @@ def _serve():
     return 0.0
 
 
-# Nothing of a render may be held here when it goes on: Blender frees its engine, and Cycles its session only if nobody
-# has the engine then.
-
-
 def _tell():
+    """Tell for all, and hold nothing of a render then: Cycles frees its session only if nobody else has the engine."""
     with _telling:
         for tell in _tellers:
             tell()
