@@ -15,7 +15,7 @@ import numpy as np
 
 from ..blender import openimageio
 from ..blender.refusal import Refused
-from .passes import NOISY
+from .passes import ALBEDO, NOISY, NORMAL
 
 # Sides of two squares that tell how long pictures take: what is the same for both is not the pixels'.
 _TRIED = 64, 160
@@ -23,13 +23,16 @@ _TRIED = 64, 160
 #: What it raises where it cannot do its work.
 FAILURES = Refused, OSError, MemoryError
 
-_ALBEDO, _NORMAL = "Denoising Albedo", "Denoising Normal"
+# What the square error of guides may be that need no prefilter, or which part of that of the light.  In 21 pictures of
+# eight files the denoised error was 1.02 times that with the accurate prefilter then, at most 1.13, which takes two
+# thirds of the denoiser's time; where guides are noisier, out of focus say, it was up to 4.3 times that.
+_CLEAN, _CLEAN_PART = 2e-4, 0.1
 
 # What the file denoiser looks for.  Motion vectors only serve sequences of frames.
 _CHANNELS = [
     *(f"Image.Combined.{c}" for c in "RGB"),
-    *(f"Image.{_NORMAL}.{c}" for c in "XYZ"),
-    *(f"Image.{_ALBEDO}.{c}" for c in "RGB"),
+    *(f"Image.{NORMAL}.{c}" for c in "XYZ"),
+    *(f"Image.{ALBEDO}.{c}" for c in "RGB"),
     *(f"Image.Vector.{c}" for c in "XYZW"),
 ]
 
@@ -55,8 +58,26 @@ def check(scene, layer):
 
 def add_guides(engine, layer_name):
     """Add the passes that guide the denoiser to a view layer's result."""
-    engine.add_pass(_ALBEDO, 3, "RGB", layer=layer_name)
-    engine.add_pass(_NORMAL, 3, "XYZ", layer=layer_name)
+    engine.add_pass(ALBEDO, 3, "RGB", layer=layer_name)
+    engine.add_pass(NORMAL, 3, "XYZ", layer=layer_name)
+
+
+def prefilter(scene, guides, light):
+    """The prefilter of the guides that a picture needs: none if the user's is accurate and they are clean without.
+
+    Parameters
+    ----------
+    scene : bpy.types.Scene
+    guides, light : float
+        Mean square errors of the guides and of the light.
+
+    Returns
+    -------
+    str
+        As `scene.cycles.denoising_prefilter`.
+    """
+    wanted = scene.cycles.denoising_prefilter
+    return "NONE" if wanted == "ACCURATE" and guides < max(_CLEAN, _CLEAN_PART * light) else wanted
 
 
 def denoise(scene, layer, region, passes):
@@ -84,7 +105,7 @@ def denoise(scene, layer, region, passes):
     denoised = {}
     for view in (view for name, view in passes if name == NOISY):
         clean = passes[NOISY, view].copy()
-        clean[:, :3] = _denoise(scene, layer, region.size, clean[:, :3], passes[_NORMAL, view], passes[_ALBEDO, view])
+        clean[:, :3] = _denoise(scene, layer, region.size, clean[:, :3], passes[NORMAL, view], passes[ALBEDO, view])
         denoised["Combined", view] = clean
     return denoised
 

@@ -43,6 +43,9 @@ _DIVIDED = {
 
 _RADIANCE = {"Combined", "Noisy Image", "Volume Direct", "Volume Indirect", "Ambient Occlusion"}
 
+#: Passes that guide the denoiser: colours and normals of what is seen.
+GUIDES = ALBEDO, NORMAL = "Denoising Albedo", "Denoising Normal"
+
 #: The name under which Cycles renders Combined where that is to be denoised.
 NOISY = "Noisy Image"
 

@@ -6,6 +6,7 @@ and each pixel's samples are those that it would have natively.
 """
 
 import contextlib
+import functools
 import time
 
 import bpy
@@ -56,20 +57,21 @@ def render(session, frame):
     plan = Plan.in_place(sampled.frame_seed, frame.region)
     passes.add_divisors(engine, session.layer)
     steps.add_guides(session, frame)
-    goal = _goal(session, frame)
+    goal = rounds.Goal(sampled.samples, sampled.threshold, sampled.least, sampled.time_limit or None)
     # What is to be denoised comes under another name, and Combined stays empty until then.
     light = passes.NOISY if frame.denoise else "Combined"
-    growing = grown(session, goal, lambda: time.perf_counter() - begun, light)
+    denoising = functools.partial(steps.denoising_seconds, session, frame) if frame.denoise else None
+    growing = grown(session, goal, lambda: time.perf_counter() - begun, light, denoising)
     # Rates change the mean, for samples where there is much noise take longer: a goal is what even samples would be.
     mean = goal.samples if goal.is_mean else growing.sums.counts.mean()
     has_parts = frame.denoise and mean >= _LEAST_WITH_PARTS
     return growing.sums.picture(has_parts), layers.facts(frame, session.layer_name, plan)
 
 
-def grown(session, goal, elapsed, light="Combined"):
+def grown(session, goal, elapsed, light="Combined", denoising=None):
     """The picture of all rounds, as `Growing`."""
     session.set_sampling(**sampling.exactly(goal.length))
-    growing = Growing(session, goal, elapsed, light)
+    growing = Growing(session, goal, elapsed, light, denoising)
     if growing.shoot_all(goal.first):
         for shots in _shots(goal, growing):
             if not growing.shoot(shots):
@@ -81,19 +83,11 @@ def _shots(goal, growing):
     """All shots but the first, round by round."""
     base, costs = goal.base(growing.costs.sample), growing.costs
     yield from rounds.opening(goal, base, growing.size, costs)
+    growing.leave_time()
     if goal.seconds is None and not growing.weigh() and goal.is_mean:
         yield from rounds.evenly(goal, base, goal.samples, growing.size, costs, growing.spent)
     else:
         yield from rounds.rounds(goal, base, growing, costs, growing.spent)
-
-
-def _goal(session, frame):
-    """The goal that Cycles' settings mean; a part of a time limit is the denoiser's."""
-    sampled, seconds = frame.sampling, frame.sampling.time_limit
-    if seconds and frame.denoise:
-        with contextlib.suppress(*denoiser.FAILURES):  # the denoiser says so itself when its turn comes
-            seconds = max(seconds - steps.denoising_seconds(session, frame), _LEAST_PART * seconds)
-    return rounds.Goal(sampled.samples, sampled.threshold, sampled.least, seconds or None)
 
 
 class Growing:
@@ -107,6 +101,8 @@ class Growing:
         Seconds since the render began.
     light : str
         Name of the pass whose noise is judged.
+    denoising : callable, optional
+        Seconds that the denoiser will take.
 
     Attributes
     ----------
@@ -114,8 +110,9 @@ class Growing:
         By time only if that is limited.
     """
 
-    def __init__(self, session, goal, elapsed, light):
-        self.session, self._goal, self._elapsed, self._light = session, goal, elapsed, light
+    def __init__(self, session, goal, elapsed, light, denoising):
+        self.session, self._goal, self._light, self._denoising = session, goal, light, denoising
+        self._since_begun, self._left = elapsed, 0.0
         self.size = session.region.size
         self.costs = Counted(self.size) if goal.seconds is None else Costs(self.size)
         # The processor's time tells what samples cost even where others use it, too, if they are taken there.
@@ -127,6 +124,20 @@ class Growing:
         # Seconds, calls and samples of the last shots.
         self._last = 0.0, 0, 0
         self.sums = None
+        self.leave_time()
+
+    def _elapsed(self):
+        """Seconds since the render began, and those that are left for the denoiser."""
+        return self._since_begun() + self._left
+
+    def leave_time(self):
+        """Leave a part of a time limit for the denoiser, which takes less of it if its guides are clean."""
+        if self._goal.seconds is None or self._denoising is None:
+            return
+        if self.sums and (errors := self.sums.errors):
+            steps.set_prefilter(self.session, errors)
+        with contextlib.suppress(*denoiser.FAILURES):  # the denoiser says so itself when its turn comes
+            self._left = min(self._denoising(), (1.0 - _LEAST_PART) * self._goal.seconds)
 
     @property
     def mean(self):

@@ -28,12 +28,20 @@ def add_guides(session, frame):
 
 
 def denoising_seconds(session, frame):
-    """About how long `finish` takes for a picture that is to be denoised, as small ones tell; raises `Refused`."""
+    """About how long `finish` takes for a picture that is to be denoised, by the scene's prefilter, as small ones tell.
+
+    Raises any of `denoiser.FAILURES`.
+    """
     grey = np.full((3, _TRIED, _TRIED), 0.5, np.float32)
     begun = time.perf_counter()
     denoiser_bias.reduced(grey, grey, (grey, grey))
     pixels, taken = frame.region.pixels, time.perf_counter() - begun
-    return pixels * taken / _TRIED**2 + denoiser.seconds(session.original_scene, session.original_layer, pixels)
+    return pixels * taken / _TRIED**2 + denoiser.seconds(session.scene, session.original_layer, pixels)
+
+
+def set_prefilter(session, errors):
+    """Have the denoiser take the prefilter that a picture of these `Picture.errors` needs."""
+    session.set_sampling(denoising_prefilter=denoiser.prefilter(session.original_scene, *errors))
 
 
 def known_noise(frame, plan):
@@ -71,7 +79,9 @@ def finish(session, frame, picture):
         noisy = picture.with_light_of(
             {key: nonnegative(picture.light_of(key)[:3]) for key in picture.passes if key[0] == passes.NOISY}
         )
-        clean = denoiser.denoise(session.original_scene, session.original_layer, frame.region, noisy.passes)
+        if noisy.errors:
+            set_prefilter(session, noisy.errors)
+        clean = denoiser.denoise(session.scene, session.original_layer, frame.region, noisy.passes)
         clean = _without_bias(noisy, clean)
     except denoiser.FAILURES as error:
         failure.report(engine, f"Cannot denoise: {error}", "WARNING")

@@ -3,7 +3,8 @@
 
 import numpy as np
 
-from ..cycles.passes import Kind, divisor
+from ..cycles.passes import GUIDES, Kind, divisor
+from ..plan.rates import visible_variance
 from . import cryptomatte
 from .picture import Picture
 
@@ -35,6 +36,8 @@ class Accumulation:
         self.counts = np.zeros((*size[::-1], 1), np.float32)
         # Samples of the half that are in the sums; below 0 where there is no half.
         self._held = np.full_like(self.counts, -1.0)
+        # Square error of what guides the denoiser, where there is a half.
+        self._guides_error = np.zeros_like(self.counts)
         self._sums = {}
 
     def add(self, part, passes, first, count):
@@ -54,6 +57,7 @@ class Accumulation:
                 self.half = np.zeros_like(self._light_sums)
             self.half[part] = self._light_sums[part] / self.counts[part]
             self._held[part] = first
+            self._guides_error[part] = self._error_of_guides(part, passes, first, count)
         for key, pixels in passes.items():
             if key not in self._sums:
                 self._sums[key] = np.zeros((*self.size[::-1], pixels.shape[2]), np.float32)
@@ -68,9 +72,17 @@ class Accumulation:
                 self._sums[key][part] = 0.0
             by = self._divisor(key, passes)
             light = pixels * passes[by] if by else pixels
-            self._sums[key][part] += np.float32(count) * light
+            with np.errstate(over="ignore"):  # Cycles' depth of nothing is the largest number
+                self._sums[key][part] += np.float32(count) * light
         self._add_cryptomattes(part, passes, first, count)
         self.counts[part] = first + count
+
+    def _error_of_guides(self, part, passes, first, count):
+        """Square error of the guides' means with these samples, as those and the ones before differ."""
+        before = self.counts[part]
+        guides = [key for key in passes if key[0] in GUIDES]
+        squares = sum(np.square(self._sums[key][part] / before - passes[key]).sum(2, keepdims=True) for key in guides)
+        return squares * before * count / (before + count) / (first + count)
 
     def _is_ranked(self, key, pixels):
         """Whether a pass is two ranks of Cryptomatte; an AOV of one value may bear the name of such."""
@@ -117,15 +129,26 @@ class Accumulation:
         others = (sums - held * self.half[..., :3]) / (self.counts - held)
         return tuple(np.ascontiguousarray(light.transpose(2, 0, 1)) for light in (self.half[..., :3], others))
 
+    @property
+    def errors(self):
+        """Mean square errors of what guides the denoiser, and of the light (`rates.visible_variance`).
+
+        None unless every pixel was rendered in parts.
+        """
+        if (self._held < 0.0).any():
+            return None
+        light = visible_variance(self.mean[..., :3], self.half[..., :3])
+        return float(self._guides_error.mean()), float(light.mean())
+
     def picture(self, has_parts=False):
         """All samples together, as a `Picture`; the sums become its pixels, so nothing more can be added.
 
         Parameters
         ----------
         has_parts : bool
-            Whether the picture is to hold `parts`.
+            Whether the picture is to hold `parts` and `errors`.
         """
-        parts = self.parts if has_parts else None
+        parts, errors = (self.parts, self.errors) if has_parts else (None, None)
         # Those that are divided by a colour come first: both are sums over the same samples.
         for key, sums in self._sums.items():
             if by := self._divisor(key, self._sums):
@@ -139,4 +162,4 @@ class Accumulation:
             elif kind not in {Kind.FIRST_SAMPLE, Kind.CRYPTOMATTE} and not self._divisor(key, self._sums):
                 sums /= self.counts
         passes = {key: pixels.reshape(-1, pixels.shape[2]) for key, pixels in self._sums.items()}
-        return Picture(passes, self.kinds, self.size, parts)
+        return Picture(passes, self.kinds, self.size, parts, errors)

@@ -23,12 +23,15 @@ class Picture:
         Width and height in pixels.
     parts : pair of float32 array, shape (3, height, width), or None
         The light of the first view that a denoiser takes, by some of each pixel's samples, and by others.
+    errors : (float, float) or None
+        Mean square errors of what guides the denoiser, and of that light.
     """
 
     passes: dict
     kinds: dict
     size: tuple[int, int]
     parts: tuple | None = None
+    errors: tuple[float, float] | None = None
 
     def of_kind(self, *kinds):
         """Keys of the passes of some kinds."""

@@ -78,6 +78,36 @@ def test_error_is_no_more_than_native_denoised(tmp_path, method, samples):
     assert ratio <= 1.05 + 2.0 * spread < 1.2
 
 
+@pytest.mark.parametrize(
+    ("users", "guides", "light", "needed"),
+    [
+        ("ACCURATE", 1e-5, 1e-5, "NONE"),
+        ("ACCURATE", 1e-3, 1e-3, "ACCURATE"),
+        ("ACCURATE", 1e-3, 1e-1, "NONE"),
+        ("FAST", 1e-5, 1e-5, "FAST"),
+    ],
+)
+def test_prefilter_is_for_noisy_guides(users, guides, light, needed):
+    scene = build_scene()
+    scene.cycles.denoising_prefilter = users
+    assert denoiser.prefilter(scene, guides, light) == needed
+
+
+@pytest.mark.parametrize(("aperture", "is_clean"), [(None, True), (0.05, False)], ids=["sharp", "blurred"])
+def test_guides_are_prefiltered_where_they_are_noisy(tmp_path, aperture, is_clean):
+    """The picture is that of the user's own prefilter, or of none."""
+    scene = build_scene()
+    if aperture:
+        lens = scene.camera.data.dof
+        lens.use_dof, lens.aperture_fstop, lens.focus_distance = True, aperture, 2.0
+    pictures = {}
+    for prefilter in ("ACCURATE", "NONE"):
+        scene.cycles.denoising_prefilter = prefilter
+        pictures[prefilter] = rendering.beauty(rendering.render(tmp_path, "SPECTRAL_TILES", 16))
+        assert scene.cycles.denoising_prefilter == prefilter
+    assert np.array_equal(*pictures.values()) == is_clean
+
+
 def test_switches(tmp_path):
     """Neither the scene's switch off nor the layer's leaves anything denoised."""
     scene = build_scene(16, 16)

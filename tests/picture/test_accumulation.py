@@ -38,6 +38,26 @@ def test_a_few_more_samples_are_no_part_of_their_own():
     assert some[0, 0, 0] == pytest.approx(1.0) and others[0, 0, 0] == pytest.approx((2.0 * 16 + 4.0 * 8) / 24)
 
 
+def test_errors_are_those_of_the_means():
+    """Of samples that differ by chance, however they were taken: at once, going on or anew."""
+    rng = np.random.default_rng(1)
+    deviation, guide = 0.5, "Denoising Normal"
+    everything, left = (slice(0, 64), slice(0, 64)), (slice(0, 64), slice(0, 32))
+    sums = Accumulation((64, 64), {"Combined": Kind.COLOUR, guide: Kind.COLOUR}, "Combined")
+    found = []
+    for part, first, count in ((everything, 0, 8), (everything, 8, 8), (left, 16, 16), (left, 0, 64)):
+        shape = (64, part[1].stop, 3)
+        noise = rng.normal(0.0, deviation / np.sqrt(count), shape).astype(np.float32)
+        sums.add(part, {("Combined", ""): 1.0 + noise[:, :, :1].repeat(4, 2), (guide, ""): noise}, first, count)
+        found.append(sums.errors)
+    assert found[0] is None
+    for (guides, light), samples in zip(found[1:], (16, 32, 64), strict=True):
+        error = deviation**2 * (1 / 16 + 1 / samples) / 2
+        assert guides == pytest.approx(3 * error, rel=0.1)
+        # Of luminance 1 about; of samples that are taken anew it is overrated.
+        assert samples == 64 or light == pytest.approx(error, rel=0.1)
+
+
 @pytest.mark.parametrize(
     "shots",
     [
