@@ -31,6 +31,8 @@ FOREIGN_AGE = 24 * 3600.0
 _PREFIX = ".spectral_tiles-"
 _NAME = re.compile(re.escape(_PREFIX) + r"([0-9a-f]{8})-([1-9][0-9]{0,9})-[0-9a-f]{8}(\.[^.]{1,15})?")
 
+_MOST_LINKS = 40  # as Linux follows
+
 _being_written = {}
 """Temporaries of this process, paths by their names."""
 
@@ -121,7 +123,7 @@ def written_whole(path, check=None):
     ------
     NotWritten
         If the file could not be written or is not as it should be; the message is one line that begins with `path`.
-        Every OSError in the block becomes one.
+        Every other OSError in the block becomes one.
     OSError, ValueError
         If nothing has been tried yet, see `check_writable`.
 
@@ -144,6 +146,8 @@ def written_whole(path, check=None):
             os.chmod(temporary, stat.S_IMODE(os.stat(path).st_mode) & 0o777)
         os.replace(temporary, path)
         _flush_folder(path.parent)
+    except NotWritten:  # another one in the block
+        raise
     except OSError as error:
         raise NotWritten(about(given, f"not written ({_reason(error, temporary)})")) from error
     finally:
@@ -303,4 +307,36 @@ def is_running(process):
         return False
     except OSError as error:
         return error.errno == errno.EPERM
+    # One that has ended keeps its number until whoever started it asks how: Z in Linux's table (proc(5)).
+    with contextlib.suppress(OSError):
+        return Path(f"/proc/{process}/stat").read_bytes().rpartition(b")")[2].split()[0] not in (b"Z", b"X")
     return True
+
+
+def would_replace(path, *others):
+    """Return whether a new file at `path` would take the place of one of others, or of a link that leads to it.
+
+    Parameters
+    ----------
+    path : str or Path or None
+    *others : str or Path or None
+        None and an empty name are no file.
+    """
+    place = path and _place(path)
+    return bool(place) and any(place in _way(other) for other in others if other)
+
+
+def _way(path):
+    """Yield the places of the links that lead to a file, and that of the file."""
+    for _ in range(_MOST_LINKS):
+        place = _place(path)
+        yield place
+        if not os.path.islink(place):
+            return
+        path = os.path.join(os.path.dirname(place), os.readlink(place))
+
+
+def _place(path):
+    """Return where a file of this name is put: folders may be links, but a link itself gives way to it."""
+    folder, name = os.path.split(os.path.abspath(path))
+    return os.path.join(os.path.realpath(folder), name)

@@ -9,7 +9,7 @@ import time
 import traceback
 from pathlib import Path
 
-from .atomic_file import NotWritten, check_writable, written_whole
+from .atomic_file import NotWritten, check_writable, would_replace, written_whole
 from .dimensions import DIMENSIONS
 from .library import make_library
 from .messages import one_line, quoted
@@ -180,7 +180,7 @@ def _names(text):
 
 def _check_apart(option, file, *others):
     """Raise a ValueError if `file` is one of the other files, which it would overwrite; None is none."""
-    if file is not None and os.path.realpath(file) in [os.path.realpath(other) for other in others if other]:
+    if would_replace(file, *others):
         raise ValueError(f"{option}: expected another file than the tile's, got {quoted(str(file), 80)}")
 
 

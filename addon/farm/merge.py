@@ -1,7 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The exact merge of the layers of a frame (`layers`) into the picture that one render would have made."""
 
-import os
 import re
 
 import numpy as np
@@ -55,7 +54,7 @@ def merge(files, path, tell=lambda part: None):
         The picture cannot be written.
     """
     atomic_file.check_writable(path)
-    if any(os.path.realpath(file) == os.path.realpath(path) for file in files):
+    if atomic_file.would_replace(path, *files):
         raise Refused(f"{path} is one of the layers; name another file for the merged picture")
     layers = sorted((LayerFile.read(file) for file in files), key=lambda layer: layer.first)
     exact = check_alike(layers)

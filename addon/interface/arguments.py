@@ -112,24 +112,9 @@ def parse(program, commands, arguments):
     made = parser(program, commands)
     options = made.parse_args(arguments)
     others = [getattr(options, name, None) for name in ("scene_file", "pattern", "output", "picture")]
-    if is_one_of(options.json, *others, *getattr(options, "layers", ())):
+    if options.json != "-" and atomic_file.would_replace(options.json, *others, *getattr(options, "layers", ())):
         made.error(f"--json: expected another file than the others, got {messages.quoted(options.json, 80)}")
     return options
-
-
-def is_one_of(summary, *paths):
-    """Whether the file of the summary, if there is one, is one of other files, which it would overwrite."""
-    if summary in (None, "-"):
-        return False
-    # Others may be read through a link, or replace it.
-    others = [path for path in paths if path]
-    return _place(summary) in {*map(_place, others), *map(os.path.realpath, others)}
-
-
-def _place(path):
-    """Where a file is that a new one would replace; a link would be replaced itself."""
-    folder, name = os.path.split(os.path.abspath(path))
-    return os.path.join(os.path.realpath(folder), name)
 
 
 def _add_whole(parser, option, owner, name, what):

@@ -142,7 +142,7 @@ def _path_of(scene, frame, options, is_only):
     path = picture_files.path_of(scene, frame, options.output, is_only)
     if options.layer:
         path = layers.file_of(path, *options.layer)
-    if given.is_one_of(options.json, path):
+    if options.json != "-" and atomic_file.would_replace(options.json, path):
         options.json = None  # the picture that may be there stays
         raise Refused(f"--json names the picture {path}")
     if os.path.isdir(os.path.dirname(path)):

@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 
 from generator import cli, load_tile
-from generator.atomic_file import FOREIGN_AGE, NotWritten, _temporary_name, is_running, written_whole
+from generator.atomic_file import FOREIGN_AGE, NotWritten, _temporary_name, is_running, would_replace, written_whole
 
 ROOT = Path(__file__).parents[2]
 POSIX = pytest.mark.skipif(os.name != "posix", reason="links, permissions and signals of POSIX")
@@ -148,6 +148,43 @@ def test_what_a_killed_run_left_is_cleared_and_nothing_else(tmp_path):
 def test_running_processes_are_told_from_ended_ones():
     assert is_running(os.getpid()) and is_running(os.getppid())
     assert not is_running(ended_process()) and not is_running(2**40)
+
+
+@pytest.mark.skipif(not sys.platform.startswith("linux"), reason="the table of processes is Linux's")
+def test_a_killed_process_that_nobody_has_asked_after_does_not_run(tmp_path):
+    with subprocess.Popen(["sleep", "60"]) as process:
+        assert is_running(process.pid)
+        left = tmp_path / _temporary_name(".npz").replace(f"-{os.getpid()}-", f"-{process.pid}-")
+        left.write_text("half")
+        process.kill()
+        os.waitid(os.P_PID, process.pid, os.WEXITED | os.WNOWAIT)  # ended, but still in the table
+        write(tmp_path / "a")
+        assert names(tmp_path) == ["a"] and not is_running(process.pid)
+
+
+@POSIX
+def test_what_a_new_file_would_replace_is_told_through_links(tmp_path):
+    (tmp_path / "folder").mkdir()
+    (tmp_path / "folder/a").write_text("precious")
+    for link, target in (("first", "second"), ("second", "folder/a"), ("other", "folder"), ("round", "round")):
+        (tmp_path / link).symlink_to(target)
+    path = {name: tmp_path / name for name in ("first", "second", "folder/a", "other/a", "round", "b")}
+    for new in ("first", "second", "folder/a", "other/a"):
+        assert would_replace(path[new], None, "", path["b"], path["first"])
+    # What is read through no link stays, if the new file takes the link's place.
+    assert not would_replace(path["first"], path["folder/a"]) and not would_replace(path["b"], *list(path.values())[:5])
+    assert would_replace(path["round"], path["round"]) and not would_replace(None, path["b"])
+
+
+def test_of_several_files_none_is_replaced_unless_all_can_be(old):
+    (old.parent / "b").mkdir()
+    with pytest.raises(OSError, match="b: expected a file"), written_whole(old) as temporary:
+        temporary.write_text("new")
+        write(old.parent / "b")
+    with pytest.raises(NotWritten, match=r"c: not written \(its writer left"), written_whole(old) as temporary:
+        temporary.write_text("new")
+        write(old.parent / "c", "")
+    assert old.read_text() == "old" and names(old.parent) == ["a.json", "b"]
 
 
 LIMITED = """
