@@ -142,11 +142,12 @@ def _path_of(scene, frame, options, is_only):
     path = picture_files.path_of(scene, frame, options.output, is_only)
     if options.layer:
         path = layers.file_of(path, *options.layer)
-    if options.json != "-" and atomic_file.would_replace(options.json, path):
-        options.json = None  # the picture that may be there stays
-        raise Refused(f"--json names the picture {path}")
-    if os.path.isdir(os.path.dirname(path)):
-        atomic_file.check_writable(path)
+    for file in picture_files.files_of(scene.render, path):
+        if options.json != "-" and atomic_file.would_replace(options.json, file):
+            options.json = None  # the picture that may be there stays
+            raise Refused(f"--json names the picture {file}")
+        if os.path.isdir(os.path.dirname(file)):
+            atomic_file.check_writable(file)
     return path
 
 

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Pictures rendered to files from the command line, which appear complete or not at all."""
 
+import contextlib
 import os
 import re
 import struct
@@ -22,6 +23,7 @@ _FORMATS = {
     ".dpx": "DPX",
     ".exr": "OPEN_EXR_MULTILAYER",
     ".hdr": "HDR",
+    ".j2c": "JPEG2000",
     ".jp2": "JPEG2000",
     ".jpeg": "JPEG",
     ".jpg": "JPEG",
@@ -38,6 +40,7 @@ ENDINGS = " ".join(_FORMATS)
 
 # What finished files of some formats end with: neither Blender nor OpenImageIO misses it.
 _LAST_BYTES = {
+    ".j2c": b"\xff\xd9",
     ".jpeg": b"\xff\xd9",
     ".jpg": b"\xff\xd9",
     ".png": b"\0\0\0\0IEND\xaeB`\x82",
@@ -106,6 +109,8 @@ def path_of(scene, frame, output=None, only=False):
         if made and image.file_format.removesuffix("_MULTILAYER") != made.removesuffix("_MULTILAYER"):
             image.media_type = "MULTI_LAYER_IMAGE" if "MULTILAYER" in made else "IMAGE"
             image.file_format = made
+        if made == "JPEG2000":
+            image.jpeg2k_codec = "J2K" if ending.lower() == ".j2c" else "JP2"
         render.filepath = stem + ending
     if render.is_movie_format:
         raise Refused("The scene writes a movie, but frames are rendered one by one: choose an image format")
@@ -119,6 +124,13 @@ def path_of(scene, frame, output=None, only=False):
         stem, found = os.path.splitext(path)
         return stem.removesuffix(f"-{-frame:04d}" if frame < 0 else f"{frame:04d}") + (ending or found)
     return path
+
+
+def files_of(settings, path):
+    """Where the picture of a path may go: there, and where each view has a file to it with the view's suffix."""
+    stem, ending = os.path.splitext(path)
+    views = settings.views if settings.use_multiview and settings.image_settings.views_format == "INDIVIDUAL" else ()
+    return [*(f"{stem}{view.file_suffix}{ending}" for view in views if view.use), path]
 
 
 def render(scene, path):
@@ -138,7 +150,8 @@ def render(scene, path):
     """
     folder, name = os.path.split(path)
     os.makedirs(folder, exist_ok=True)
-    atomic_file.check_writable(path)
+    for file in files_of(scene.render, path):
+        atomic_file.check_writable(file)
     with atomic_file.unfinished_folder(folder) as unfinished:
         render_into(scene, os.path.join(unfinished, name))
         return put(unfinished, folder)
@@ -147,10 +160,12 @@ def render(scene, path):
 def render_into(scene, path):
     """Render the scene's current frame into an unfinished folder; raises `Refused` unless all of it is there."""
     # Blender has put in what the braces of a path mean; those that are left are to stay.
-    given = path.replace("{", "{{").replace("}", "}}")
-    scene.render.filepath = given
-    if scene.render.filepath != given:
-        raise Refused(f"Blender takes no path of {len(given.encode())} bytes such as {path}")
+    *views, given = (file.replace("{", "{{").replace("}", "}}") for file in files_of(scene.render, path))
+    # While Blender puts together a view's name it needs more room, and cuts off whatever is too long.
+    for longest in (*(view + 16 * "_" for view in views), given):
+        scene.render.filepath = longest
+        if scene.render.filepath != longest:
+            raise Refused(f"Blender takes no path of {len(os.fsencode(longest))} bytes such as {path}")
     if scene.render.image_settings.file_format == "WEBP":
         _check_room(os.path.dirname(path), 4 * Region.of_render(scene.render).pixels)
     try:
@@ -181,9 +196,10 @@ def _check_room(folder, size):
 def put(unfinished, folder):
     """Move all files of a folder, which are whole, into another one, over what is there; return where they are."""
     files = []
-    for name in sorted(os.listdir(unfinished)):
-        files.append(os.path.join(folder, name))
-        with atomic_file.written_whole(files[-1]) as temporary:
+    with contextlib.ExitStack() as blocks:  # none takes its name before all could
+        for name in sorted(os.listdir(unfinished)):
+            files.append(os.path.join(folder, name))
+            temporary = blocks.enter_context(atomic_file.written_whole(files[-1]))
             os.replace(os.path.join(unfinished, name), temporary)
     return files
 

@@ -15,7 +15,7 @@ from addon.interface import command_line
 from generator import atomic_file
 from tests import rendering
 
-ENDINGS = ("png", "jpg", "exr", "tif", "tga", "dpx", "hdr", "bmp", "jp2", "webp")
+ENDINGS = ("png", "jpg", "exr", "tif", "tga", "dpx", "hdr", "bmp", "jp2", "j2c", "webp")
 
 
 @pytest.fixture
@@ -202,6 +202,87 @@ def test_what_killed_runs_left_is_cleared(scene_file, tmp_path):
     assert names(tmp_path) == [alive.name, "a.png", "scene.blend"]
 
 
+def test_every_ending_that_blender_writes_works(tmp_path):
+    """... as Blender itself lists formats; movies are the only ones that are refused."""
+    image = bpy.context.scene.render.image_settings
+    formats = {item.identifier for item in image.bl_rna.properties["file_format"].enum_items}
+    endings = set()
+    for image.media_type in ("IMAGE", "MULTI_LAYER_IMAGE"):
+        for made in formats - {"FFMPEG"}:
+            for codec in ("JP2", "J2K"):
+                with contextlib.suppress(TypeError):  # it is of the other media
+                    image.file_format, image.jpeg2k_codec = made, codec
+                    endings.add(bpy.context.scene.render.file_extension)
+    assert endings | {".jpeg", ".tiff"} == set(command_line.picture_files._FORMATS)
+
+
+@pytest.mark.parametrize("codec", ["JP2", "J2K"])
+def test_jpeg_2000(scene_file, tmp_path, codec):
+    image = bpy.context.scene.render.image_settings
+    image.file_format, image.jpeg2k_codec = "JPEG2000", codec
+    bpy.ops.wm.save_mainfile()
+    for name, begin in (("a.jp2", b"\0\0\0\x0cjP"), ("b.J2C", b"\xff\x4f\xff")):
+        assert run("render", scene_file, "--output", tmp_path / name) == command_line.DONE
+        assert (tmp_path / name).read_bytes().startswith(begin)
+    assert run("render", scene_file, "--output", tmp_path / "c") == command_line.DONE
+    assert (tmp_path / f"c{'.jp2' if codec == 'JP2' else '.j2c'}").is_file()
+
+
+@pytest.fixture
+def stereo_file(scene_file):
+    bpy.context.scene.render.use_multiview = True
+    bpy.context.scene.render.image_settings.views_format = "INDIVIDUAL"
+    bpy.ops.wm.save_mainfile()
+    return scene_file
+
+
+@pytest.mark.parametrize(
+    ("output", "options", "says"),
+    [
+        ("a.png", ("--json", "out/a_R.png"), "--json names the picture"),
+        ("b.png", (), "b_R.png: expected a file, got a folder"),
+        ("n" * 250 + ".png", (), "File name too long"),
+        ("a.exr", ("--json", "out/a_layer1of2_L.exr", "--layer", "1/2", "--samples", 2), "--json names the picture"),
+        ("c#.png", ("--frames", "1,2", "--json", "out/c2_L.png"), "--json names the picture"),
+    ],
+)
+def test_names_of_views_are_checked_before_rendering(stereo_file, tmp_path, monkeypatch, capfd, output, options, says):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "out/b_R.png").mkdir(parents=True)
+    monkeypatch.setattr(command_line.picture_files, "render_into", lambda *_: pytest.fail("rendered"))
+    assert run("render", stereo_file, "--output", f"out/{output}", *options) == command_line.FAILED
+    assert says in said(capfd) and names(tmp_path / "out") == ["b_R.png"]
+
+
+def test_views_in_folders_with_long_paths(stereo_file, tmp_path, capfd):
+    """Blender cuts off names of views that become too long; ours are whole, or told and none."""
+    codes = set()
+    for length in (900, *range(960, 1012, 3)):
+        path = str(tmp_path) + 4 * f"/{180 * 'd'}"
+        folder = tmp_path / f"{path}/{(length - len(path) - 1) * 'e'}"
+        codes.add(code := run("render", stereo_file, "--output", folder / "a.png", "--percentage", 10))
+        assert names(folder) == ([] if code else ["a_L.png", "a_R.png"]), length
+        assert not code or "takes no path" in said(capfd)
+    assert codes == {command_line.DONE, command_line.FAILED}
+
+
+def test_views_are_replaced_together(stereo_file, tmp_path, capfd):
+    """None, if one cannot be."""
+    render_into = command_line.picture_files.render_into
+    with pytest.MonkeyPatch.context() as patch:
+
+        def in_the_way(scene, path):
+            render_into(scene, path)
+            (tmp_path / "a_R.png").mkdir()
+
+        patch.setattr(command_line.picture_files, "render_into", in_the_way)
+        (tmp_path / "a_L.png").write_bytes(b"old")
+        assert run("render", stereo_file, "--output", tmp_path / "a.png") == command_line.FAILED
+    said(capfd)
+    assert (tmp_path / "a_L.png").read_bytes() == b"old"
+    assert not [name for name in names(tmp_path) if name.startswith(".")]
+
+
 def test_braces_and_long_paths(scene_file, tmp_path, capfd):
     folder = tmp_path / "{scene} {}"
     folder.mkdir()
@@ -228,6 +309,7 @@ def test_pictures_are_read_back(scene_file, tmp_path):
             made = "OPEN_EXR"
         scene.render.image_settings.media_type = "IMAGE"
         scene.render.image_settings.file_format = made
+        scene.render.image_settings.jpeg2k_codec = "J2K" if ending == ".j2c" else "JP2"
         path = tmp_path / f"a{ending}"
         image.save_render(str(path), scene=scene)
         data = path.read_bytes()
