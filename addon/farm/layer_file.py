@@ -4,7 +4,7 @@
 import itertools
 import os
 import re
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import NamedTuple
 
 from ..blender import openimageio
@@ -59,13 +59,17 @@ class LayerFile:
         Its facts (`layers.facts`) but for those below, its size and passes.
     first, count, samples : int
         First sample, how many, and those of the whole frame.
-    specs : list of OpenImageIO.ImageSpec
-        Of its parts, which hold a pass each, or all passes.
+    size : (int, int)
+        Width and height in pixels.
     channels : list of Channel
         Of all parts.
     divisors : dict of int to int
         By the numbers of channels whose light Cycles has divided, those of the colours by which.
-    image : OpenImageIO.ImageInput
+    is_sealed : bool
+        Whether its digest has told that it is whole.
+    state : tuple
+        Tells whether it is still the same file, which is opened anew for some rows at a time: thousands of layers
+        are more than a process may have open.
     """
 
     path: str
@@ -73,10 +77,11 @@ class LayerFile:
     first: int
     count: int
     samples: int
-    specs: list
+    size: tuple
     channels: list
     divisors: dict
-    image: object = field(repr=False)
+    is_sealed: bool
+    state: tuple
 
     @classmethod
     def read(cls, path):
@@ -89,16 +94,17 @@ class LayerFile:
         """
         if not os.path.isfile(path):
             raise Refused(messages.one_line(f"Missing: {path}"))
-        seal.check(path)
+        state = _state(path)
+        is_sealed = seal.check(path)
         try:
-            return cls._read(path)
+            return cls._read(path, is_sealed, state)
         except UnicodeDecodeError:
             raise seal.refusal(path, "is damaged: there is no text in its header where text should be") from None
         except ValueError as error:
             raise seal.refusal(path, f"is damaged or truncated: {error}") from None
 
     @classmethod
-    def _read(cls, path):
+    def _read(cls, path, is_sealed, state):
         image, specs = openimageio.opened(path)
         if image.format_name() != "openexr":
             raise seal.refusal(path, "is no OpenEXR picture")
@@ -130,19 +136,22 @@ class LayerFile:
         known["size"] = "{0.width} x {0.height}".format(specs[0])
         known["window"] = "{0.x} {0.y} in {0.full_width} x {0.full_height}".format(specs[0])
         known["passes"] = ", ".join(f"{channel.view}:{channel}" for channel in channels)
-        return cls(path, known, first, count, samples, specs, channels, divisors, image)
-
-    @property
-    def size(self):
-        """Width and height in pixels."""
-        return self.specs[0].width, self.specs[0].height
+        size = specs[0].width, specs[0].height
+        return cls(path, known, first, count, samples, size, channels, divisors, is_sealed, state)
 
     def rows(self, band):
         """Some rows of all channels, float32 (rows, width, channels); raises `Refused` if they are damaged."""
+        if _state(self.path) != self.state:
+            raise seal.refusal(self.path, "has become another file meanwhile")
         try:
-            return openimageio.rows(self.image, self.specs, band)
+            return openimageio.rows(*openimageio.opened(self.path), band)
         except ValueError as error:
             raise seal.refusal(self.path, f"is damaged or truncated: {error}") from None
+
+
+def _state(path):
+    found = os.stat(path)
+    return found.st_ino, found.st_size, found.st_mtime_ns
 
 
 def _check_size(path, specs):

@@ -44,6 +44,8 @@ def merge(files, path, tell=lambda part: None):
     exact : bool
         Whether all layers followed one plan, so that the picture is that of one render.  Machines with another
         processor or other libraries may round a plan's choices differently; the mean is then sound, but not the same.
+    sealed : bool
+        Whether all layers bear a digest, so that no changed bit is in the picture.
 
     Raises
     ------
@@ -56,7 +58,7 @@ def merge(files, path, tell=lambda part: None):
     atomic_file.check_writable(path)
     if atomic_file.would_replace(path, *files):
         raise Refused(f"{path} is one of the layers; name another file for the merged picture")
-    layers = sorted((LayerFile.read(file) for file in files), key=lambda layer: layer.first)
+    layers = sorted((LayerFile.read(file) for file in _told(files, tell, 0.0, 0.5)), key=lambda layer: layer.first)
     exact = check_alike(layers)
     check_complete(layers)
     one = layers[0]
@@ -64,43 +66,59 @@ def merge(files, path, tell=lambda part: None):
     merged = np.empty((height, width, len(one.channels)), np.float32)
     weights = [layer.count / one.samples for layer in layers]
     for band in bands(height):
-        merged[band] = _mean([layer.rows(band) for layer in layers], weights, one)
-        tell(band.stop / height)
+        told = _told(layers, tell, 0.5 + 0.5 * band.start / height, 0.5 + 0.5 * band.stop / height)
+        merged[band] = _mean((layer.rows(band) for layer in told), weights, one)
     _write(path, one, merged)
-    return one.samples, exact
+    return one.samples, exact, all(layer.is_sealed for layer in layers)
+
+
+def _told(items, tell, begin, end):
+    """Yield items one by one, and tell that with the last of them that part is done."""
+    for number, item in enumerate(items, 1):
+        yield item
+        tell(begin + (end - begin) * number / len(items))
 
 
 def _mean(pictures, weights, layer):
     """Weighted mean of the same rows of all layers, (rows, width, channels), in the order given."""
-    total = 0.0
-    for weight, picture in zip(weights, pictures, strict=True):
+    total, coverages = 0.0, {}
+    cryptomattes = _cryptomattes(layer)
+    at_first = [column for column, channel in enumerate(layer.channels) if channel.kind is Kind.FIRST_SAMPLE]
+    for number, (weight, picture) in enumerate(zip(weights, pictures, strict=True)):
+        if not number:
+            seen_first = picture[..., at_first]
         light = picture.astype(np.float64)
         for column, colour in layer.divisors.items():
             light[..., column] *= picture[..., colour]
         total = total + weight * light
+        for key, columns in cryptomattes.items():
+            coverages[key] = cryptomatte.added(coverages.get(key), picture[..., columns], weight)
     for column, colour in layer.divisors.items():
         seen = total[..., colour] != 0.0
         total[..., column] = np.divide(total[..., column], total[..., colour], out=np.zeros(seen.shape), where=seen)
-    cryptomattes = {}
-    for column, channel in enumerate(layer.channels):
-        if channel.kind is Kind.FIRST_SAMPLE:
-            total[..., column] = pictures[0][..., column]
-        elif channel.kind is Kind.CRYPTOMATTE and channel.component.lower() in _RANKS:
-            place = channel.render_pass[-2:], _RANKS.index(channel.component.lower()), column
-            cryptomattes.setdefault((channel.view, channel.layer, channel.render_pass[:-2]), []).append(place)
-    for columns in cryptomattes.values():
-        order = [column for *_, column in sorted(columns)]
-        if len(order) % 2:
-            raise Refused(f"{layer.path} cannot be merged: it has half a rank of Cryptomatte")
-        total[..., order] = cryptomatte.merged([picture[..., order] for picture in pictures], weights)
+    total[..., at_first] = seen_first
+    for key, columns in cryptomattes.items():
+        total[..., columns] = cryptomatte.ranked(coverages[key], len(columns))
     return total
+
+
+def _cryptomattes(layer):
+    """Columns of the ranks of each Cryptomatte, by its view, view layer and kind."""
+    places = {}
+    for column, channel in enumerate(layer.channels):
+        if channel.kind is Kind.CRYPTOMATTE and channel.component.lower() in _RANKS:
+            place = channel.render_pass[-2:], _RANKS.index(channel.component.lower()), column
+            places.setdefault((channel.view, channel.layer, channel.render_pass[:-2]), []).append(place)
+    if any(len(columns) % 2 for columns in places.values()):
+        raise Refused(f"{layer.path} cannot be merged: it has half a rank of Cryptomatte")
+    return {key: [column for *_, column in sorted(columns)] for key, columns in places.items()}
 
 
 def _write(path, layer, pixels):
     """Write a picture of the form of `layer`, with what its header says of the frame."""
     oiio = openimageio.load()
     specs = []
-    for spec in layer.specs:
+    for spec in openimageio.opened(layer.path)[1]:
         kept = oiio.ImageSpec(spec)
         for name in [attribute.name for attribute in spec.extra_attribs]:
             if _OF_ONE_RENDER.fullmatch(name):

@@ -39,7 +39,7 @@ def seal(path):
 
 
 def check(path):
-    """Raise `Refused` if a file is not as it was sealed, or none of Spectral Tiles'.
+    """Raise `Refused` if a file is not as it was sealed, or none of Spectral Tiles'; return whether it was sealed.
 
     A file that nobody has sealed passes: one that Blender has rendered by itself, without our command line.
     """
@@ -50,6 +50,7 @@ def check(path):
         raise refusal(path, "is damaged or truncated, or was not rendered with Spectral Tiles: it has no digest")
     if found not in ({digest}, {OPEN.encode()}):
         raise refusal(path, "is damaged or truncated: its digest is another one")
+    return OPEN.encode() not in found
 
 
 def _digest(file):

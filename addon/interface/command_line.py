@@ -173,14 +173,20 @@ def _merge(options):
     if not options.picture.lower().endswith(".exr"):
         raise Refused(f"Only OpenEXR pictures hold layers: {options.picture} does not end in .exr")
     files = options.layers or layers.files_of(options.picture)
-    samples, exact = merge.merge(files, options.picture, Percent().tell)
+    samples, exact, sealed = merge.merge(files, options.picture, Percent().tell)
     if not exact:
-        print(
-            f"{_NAME}: the layers' sample plans differ, as those of unlike machines may; "
-            "the picture is sound, but not exactly that of one render",
-            file=sys.stderr,
+        _warn(
+            "the layers' sample plans differ, as those of unlike machines may; the picture is sound, but not exactly "
+            "that of one render"
         )
-    return {"samples": samples, "layers": files, "files": [os.path.abspath(options.picture)], "exact": exact}
+    if not sealed:
+        _warn("layers without a digest, as Blender writes without this command line; damage in them is not found")
+    picture = os.path.abspath(options.picture)
+    return {"samples": samples, "layers": files, "files": [picture], "exact": exact, "sealed": sealed}
+
+
+def _warn(text):
+    print(f"{_NAME}: {text}", file=sys.stderr)
 
 
 _COMMANDS = {"render": _render, "compare": _compare, "merge": _merge}

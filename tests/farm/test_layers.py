@@ -2,7 +2,9 @@
 """Layers of a frame's samples: merged they are the frame; what does not belong together is refused."""
 
 import itertools
+import json
 import os
+import resource
 import time
 
 import bpy
@@ -13,7 +15,8 @@ import generator
 from addon.blender.refusal import Refused
 from addon.farm import layers, merge
 from addon.interface import command_line, picture_files
-from tests import rendering
+from tests import effort, rendering
+from tests.farm import damage
 
 
 @pytest.fixture
@@ -231,6 +234,63 @@ def test_divided_light_without_its_colour_is_refused(scene_file, tmp_path):
     picture_files.render(scene, path)
     with pytest.raises(Refused, match="switch on the pass Diffuse Color"):
         merge.merge([path], str(tmp_path / "frame.exr"))
+
+
+def test_many_layers_take_neither_open_files_nor_memory(tmp_path, capfd):
+    rendering.empty_scene(16, 12)
+    rendering.add_plane(20, rendering.diffuse())
+    rendering.add_light("AREA", 500, (2, 2, 5), size=4.0)
+    rendering.add_camera()
+    layer = bpy.context.view_layer
+    layer.use_pass_cryptomatte_object = layer.use_pass_cryptomatte_material = layer.use_pass_z = True
+    bpy.ops.wm.save_as_mainfile(filepath=str(tmp_path / "scene.blend"))
+    (one,) = render_layers(tmp_path / "scene.blend", tmp_path / "one.exr", 1, samples=1)
+    count = 300
+    for number in range(count):
+        target = layers.file_of(str(tmp_path / "frame.exr"), number + 1, count)
+        damage.lie(one, target, {"samples": str(count), "subset": f"{number} 1"})
+    before = resource.getrlimit(resource.RLIMIT_NOFILE)
+    resource.setrlimit(resource.RLIMIT_NOFILE, (len(os.listdir("/proc/self/fd")) + 30, before[1]))
+    try:
+        with effort.within(60, 40e6):
+            assert command_line.run(["merge", str(tmp_path / "frame.exr")]) == command_line.DONE
+    finally:
+        resource.setrlimit(resource.RLIMIT_NOFILE, before)
+    # While they are read and while they are summed, too.
+    percents = [int(line.split()[1]) for line in capfd.readouterr().out.splitlines() if "progress" in line]
+    assert percents[-101:] == list(range(101))
+    (whole, merged) = (rendering.read_exr(path) for path in (one, tmp_path / "frame.exr"))
+    for name, pixels in whole.items():
+        np.testing.assert_allclose(merged[name], pixels, rtol=1e-6, err_msg=name)
+
+
+def test_a_layer_that_is_replaced_while_it_is_merged_is_named(scene_file, tmp_path, monkeypatch):
+    files = render_layers(scene_file, tmp_path / "frame.exr", 2, samples=2)
+    check = merge.check_complete
+
+    def replace(found):
+        check(found)
+        render(scene_file, tmp_path / "frame.exr", "--layer", "2/2", "--seed", "7", samples=2)
+
+    monkeypatch.setattr(merge, "check_complete", replace)
+    with pytest.raises(Refused, match=r"frame_layer2of2\.exr has become another file meanwhile"):
+        merge.merge(files, str(tmp_path / "frame.exr"))
+    assert not (tmp_path / "frame.exr").exists()
+
+
+def test_layers_without_a_digest_are_told(scene_file, tmp_path, capsys):
+    """As Blender writes them when a farm sets Cycles' sample subset by itself."""
+    files = render_layers(scene_file, tmp_path / "frame.exr", 2, samples=2)
+    line = ["merge", str(tmp_path / "frame.exr"), "--json", str(tmp_path / "merge.json")]
+    for is_sealed in (True, False):
+        assert command_line.run(line) == command_line.DONE
+        said = capsys.readouterr().err
+        assert said.splitlines() == [] if is_sealed else len(said.splitlines()) == 1 and "without a digest" in said
+        assert json.loads((tmp_path / "merge.json").read_text())["sealed"] == is_sealed
+        with open(files[1], "r+b") as file:
+            data = damage.unsealed(file.read())
+            file.seek(0)
+            file.write(data)
 
 
 def test_parts_are_all_samples():
