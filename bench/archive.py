@@ -12,6 +12,8 @@ from pathlib import Path
 
 import bpy
 
+from generator.atomic_file import written_whole
+
 ROOT = Path(__file__).parents[1]
 
 
@@ -36,7 +38,7 @@ def _blender_ext(*arguments: str) -> None:
 
 def _write_reproducibly(source: Path, path: Path) -> None:
     """Copy an archive without what differs between check-outs: order, times and permissions of the files."""
-    with zipfile.ZipFile(source) as old, zipfile.ZipFile(path, "w") as new:
+    with zipfile.ZipFile(source) as old, written_whole(path) as temporary, zipfile.ZipFile(temporary, "w") as new:
         for name in sorted(old.namelist()):
             entry = zipfile.ZipInfo(name)  # its time is the earliest that archives know
             entry.compress_type = zipfile.ZIP_DEFLATED

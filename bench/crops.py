@@ -7,6 +7,8 @@ from pathlib import Path
 import matplotlib.pyplot as plt
 import numpy as np
 
+from generator.atomic_file import written_whole
+
 #: Pixels a side of the crops of a report, or of whole pictures that are smaller.
 EDGE = 128
 
@@ -33,5 +35,6 @@ def write_crop(source: Path, middle: Sequence[float], path: Path) -> Path:
     """Write a crop of `EDGE` pixels a side of one .png to another and return its path."""
     path.parent.mkdir(parents=True, exist_ok=True)
     whole = plt.imread(source)[..., :3]
-    plt.imsave(path, np.ascontiguousarray(crop(whole, middle, min(EDGE, *whole.shape[:2]))))
+    with written_whole(path) as temporary:
+        plt.imsave(temporary, np.ascontiguousarray(crop(whole, middle, min(EDGE, *whole.shape[:2]))))
     return path

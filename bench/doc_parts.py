@@ -8,6 +8,7 @@ import numpy as np
 
 from bench.document import Table
 from bench.scene_files import ROOT
+from generator.atomic_file import written_whole
 
 
 def write_table(command: str, made: Table) -> None:
@@ -28,9 +29,12 @@ def renew(page: Path, command: str, text: str) -> None:
     _, closed, after = rest.partition(end)
     if not (found and closed):
         raise ValueError(f"{page.name} has no marks {start} and {end}")
-    page.write_text(f"{before}{start}\n{text}\n{end}{after}", encoding="utf-8")
+    with written_whole(page) as temporary:
+        temporary.write_text(f"{before}{start}\n{text}\n{end}{after}", encoding="utf-8")
 
 
 def write_picture(name: str, pixels: np.ndarray) -> None:
     """Write RGB in [0, 1], rows from the top, as a picture of the documentation."""
-    plt.imsave(ROOT / "docs" / f"{name}.jpg", np.ascontiguousarray(pixels), pil_kwargs={"quality": 88})
+    # Read back: of a full disk the writer of JPEG says nothing.
+    with written_whole(ROOT / "docs" / f"{name}.jpg", plt.imread) as temporary:
+        plt.imsave(temporary, np.ascontiguousarray(pixels), pil_kwargs={"quality": 88})

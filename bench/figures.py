@@ -16,6 +16,7 @@ from addon.cycles import random_numbers
 from addon.cycles.scene_analysis import SceneUse
 from addon.plan import arranged_plan
 from generator import make_tile
+from generator.atomic_file import written_whole
 from generator.best_candidate import best_candidates
 from generator.periodogram import cylinder_power, mode_periodogram, pattern_periodogram
 
@@ -144,7 +145,8 @@ def main() -> int:
     folder.mkdir(parents=True, exist_ok=True)
     for name, draw in FIGURES.items():
         path = folder / f"{name}.png"
-        draw().savefig(path, dpi=100, bbox_inches="tight")
+        with written_whole(path) as temporary:
+            draw().savefig(temporary, dpi=100, bbox_inches="tight")
         print(path)
     return 0
 

@@ -17,6 +17,7 @@ from bench.jobs import AUTOMATIC, FILM_SEED, TABULATED, TILES, Settings, engine_
 from bench.metrics import Reference, mean_square_error
 from bench.scene_files import SceneFile
 from bench.table import Progress, table
+from generator.atomic_file import written_whole
 
 #: Standard deviations in pixels of the Gaussians after which changes are looked at.
 SIGMAS = (1, 4)
@@ -125,7 +126,8 @@ def report(scenes: Sequence[SceneFile], effort: Effort, json_file: Path | None) 
             found[f"{scene.name}, {film}"] = _measured(scene, film, effort)
     if json_file:
         json_file.parent.mkdir(parents=True, exist_ok=True)
-        json_file.write_text(json.dumps({"ours": engine_state(), "films": found}, indent=1))
+        with written_whole(json_file) as temporary:
+            temporary.write_text(json.dumps({"ours": engine_state(), "films": found}, indent=1))
     return _table(found, effort)
 
 

@@ -18,6 +18,8 @@ import matplotlib.pyplot as plt
 from matplotlib.axes import Axes
 from matplotlib.patches import FancyBboxPatch
 
+from generator.atomic_file import written_whole
+
 ADDON = Path(__file__).parents[1] / "addon"
 
 #: From top to bottom, with what each is for.  The entrance is the modules that stand in `addon` itself.
@@ -130,7 +132,8 @@ def draw(path: Path) -> str:
         _draw_arrow(axes, wing, below, count, lanes)
     figure.subplots_adjust(left=0.01, right=0.99, bottom=0.01, top=0.99)
     path.parent.mkdir(parents=True, exist_ok=True)
-    figure.savefig(path)
+    with written_whole(path) as temporary:
+        figure.savefig(temporary)
     plt.close(figure)
     return f"{path}: {sum(map(len, rooms.values()))} modules, {sum(counts.values())} imports between wings"
 

@@ -11,13 +11,13 @@ import json
 import os
 import sys
 import tempfile
-from pathlib import Path
 
 import bpy
 import numpy as np
 
 from addon.blender import openimageio
 from bench.real_worker import equal_terms, sample
+from generator.atomic_file import written_whole
 
 
 def main(order: dict) -> None:
@@ -37,9 +37,8 @@ def main(order: dict) -> None:
         pictures.append(picture.astype(np.float16))
         costs.append(cost / count)
     longest = max(range(len(costs)), key=lambda part: order["parts"][part][2])
-    unfinished = Path(order["record"]).with_suffix(".part.npz")
-    np.savez(unfinished, pictures=np.array(pictures), cost=costs[longest])
-    os.replace(unfinished, order["record"])
+    with written_whole(order["record"]) as temporary:
+        np.savez(temporary, pictures=np.array(pictures), cost=costs[longest])
 
 
 def _rendered(scene: bpy.types.Scene) -> tuple[np.ndarray, np.ndarray]:

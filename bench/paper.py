@@ -20,6 +20,7 @@ from bench.reference import reference, reference_settings
 from bench.samplers import CYCLES, OURS, RANDOM, SHIPPED_TILE, Sampler, joint, joint_and_marginal, scanning, white
 from bench.scene_files import scene_file
 from bench.table import Progress
+from generator.atomic_file import written_whole
 from generator.periodogram import Periodogram, error_periodogram
 
 
@@ -172,7 +173,8 @@ def _spectra(experiment: Experiment, effort: Effort, folder: Path, progress: Pro
             ]
             spectra[sampler.name] = error_periodogram(errors)
         path = folder / f"spectra-{count}.png"
-        _spectra_plot(spectra).savefig(path, dpi=DPI)
+        with written_whole(path) as temporary:
+            _spectra_plot(spectra).savefig(temporary, dpi=DPI)
         found.append(
             Plot(
                 f"Figure 10: error spectra of the spinning wheels against a reference of {count} samples a pixel, "

@@ -14,6 +14,7 @@ from bench.jobs import blender_version, engine_state
 from bench.real_measuring import Effort, Outcome, measure
 from bench.real_renders import blend_files
 from bench.real_tables import told
+from generator.atomic_file import written_whole
 
 
 def report(
@@ -51,7 +52,8 @@ def report(
     if json_file:
         json_file.parent.mkdir(parents=True, exist_ok=True)
         known = {"files": outcome.figures, "left_out": outcome.left_out, "faults": outcome.faults}
-        json_file.write_text(json.dumps({"width": effort.width, "ours": engine_state(), **known}, indent=1))
+        with written_whole(json_file) as temporary:
+            temporary.write_text(json.dumps({"width": effort.width, "ours": engine_state(), **known}, indent=1))
     if not outcome.figures:
         raise ValueError("\n".join(["no file could be measured", *notes]))
     found = told(outcome.figures, "\n".join([_about(outcome, effort), *notes]))

@@ -21,6 +21,7 @@ from bench.real_measuring import Effort, Outcome
 from bench.real_renders import DENOISED, EVEN, NATIVE, OURS, RAW, THRESHOLD, Render, Result, rendered
 from bench.real_tables import MAIN, Told, in_words
 from bench.scene_files import SceneFile
+from generator.atomic_file import written_whole
 
 #: The setting of ours that is shown in each mode, as near as it was measured; Cycles takes the same time.
 _SETTINGS = {RAW: (EVEN, 64.0), DENOISED: (THRESHOLD, 0.1)}
@@ -93,7 +94,8 @@ def write(
         Heading("How it was measured", told.how),
     ]
     path = folder / "report.html"
-    path.write_text(page("Spectral Tiles against Cycles", told.summary, parts), encoding="utf-8")
+    with written_whole(path) as temporary:
+        temporary.write_text(page("Spectral Tiles against Cycles", told.summary, parts), encoding="utf-8")
     return path
 
 
@@ -120,7 +122,8 @@ def _convergence(found: dict[str, Measurements], mode: str, sigma: int, folder: 
         axis.remove()
     figure.legend(lines.values(), lines, loc="outside upper center", ncols=len(lines) if columns > 2 else 1)
     path = folder / f"convergence-{mode}.png"
-    figure.savefig(path, dpi=DPI)
+    with written_whole(path) as temporary:
+        figure.savefig(temporary, dpi=DPI)
     return Plot(
         f"Mean square error over processor seconds, {mode}, sigma {SIGMAS[sigma]}; lower and further left is better. "
         "Renders that took longer than others and were no better are left out",

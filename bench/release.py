@@ -12,6 +12,7 @@ from pathlib import Path
 
 from bench.archive import ROOT, build
 from bench.jobs import RenderFailed, blender_version
+from generator.atomic_file import written_whole
 
 #: What a fresh profile of Blender goes through: install, enable, render with the switch off and on, disable.
 _TRIAL = """
@@ -75,12 +76,13 @@ def make(folder: Path) -> str:
     tried = [_try_in_module(archive), _try_in_window()]
     digest = hashlib.sha256(archive.read_bytes()).hexdigest()
     notes = folder / "release_notes.md"
-    notes.write_text(
+    text = (
         f"# Spectral Tiles {version}\n\n{changes}\n\n## This archive\n\n"
         + "".join(f"- {line}\n" for line in tried)
-        + f"- {archive.name}, {archive.stat().st_size:,} bytes, SHA-256 `{digest}`\n",
-        encoding="utf-8",
+        + f"- {archive.name}, {archive.stat().st_size:,} bytes, SHA-256 `{digest}`\n"
     )
+    with written_whole(notes) as temporary:
+        temporary.write_text(text, encoding="utf-8")
     return "\n".join((*tried, f"{archive}", f"{notes}"))
 
 

@@ -10,6 +10,7 @@ import numpy as np
 
 from bench.crops import crop
 from bench.real_page import spot
+from generator.atomic_file import written_whole
 
 #: Crops below each picture: how many, how much enlarged, and what lies between them, in pixels.
 _CROPS, _ZOOM, _MARGIN, _HEAD = 2, 4, 12, 48
@@ -44,7 +45,8 @@ def write(path: Path, shown: Sequence[tuple[str, str, np.ndarray]], difference: 
         for text, size, line in ((title, 12, 15), (caption, 9, 35)):
             x, y = left / sheet.shape[1], 1 - line / sheet.shape[0]
             figure.text(x, y, text, color="white", va="center", fontsize=size)
-    figure.savefig(path, dpi=_DPI)
+    with written_whole(path) as temporary:
+        figure.savefig(temporary, dpi=_DPI)
     plt.close(figure)
     return plt.imread(path)[..., :3]
 

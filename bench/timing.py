@@ -9,6 +9,7 @@ from dataclasses import dataclass, replace
 from bench.document import Table
 from bench.jobs import AUTOMATIC, TILES, Settings, result_path, run_worker
 from bench.scene_files import SceneFile
+from generator.atomic_file import written_whole
 
 #: The second render of a process is the one that counts: by then our plan is cached and Cycles' kernels are loaded.
 RENDERS = 2
@@ -92,7 +93,9 @@ def ratios(scene: SceneFile, settings: Settings, pairs: int) -> list[float]:
         both = [(replace(settings, engine=engine), {"repeats": 1}) for engine in (AUTOMATIC, TILES)]
         seconds = [wall for ((wall, _),) in run_worker(scene, both * (1 + pairs))["seconds"]]
         path.parent.mkdir(parents=True, exist_ok=True)
-        path.write_text(json.dumps([ours / native for native, ours in zip(seconds[2::2], seconds[3::2], strict=True)]))
+        with written_whole(path) as temporary:
+            told = [ours / native for native, ours in zip(seconds[2::2], seconds[3::2], strict=True)]
+            temporary.write_text(json.dumps(told))
     return json.loads(path.read_text())
 
 

@@ -18,6 +18,7 @@ from pathlib import Path
 
 from bench.scene_files import ROOT
 from bench.table import table
+from generator.atomic_file import written_whole
 
 FIGURES = ROOT / "docs" / "measurements.toml"
 
@@ -91,7 +92,9 @@ def quote(known: Iterable[Figure], paths: Iterable[Path]) -> None:
     told = {figure.name: figure.told for figure in known}
     for path in paths:
         text = path.read_text(encoding="utf-8")
-        path.write_text(_QUOTED.sub(lambda found: found[1] + told.get(found[2], found[3]), text), encoding="utf-8")
+        text = _QUOTED.sub(lambda found: found[1] + told.get(found[2], found[3]), text)
+        with written_whole(path) as temporary:
+            temporary.write_text(text, encoding="utf-8")
 
 
 def report(names: Iterable[str], say: Callable[[str], None]) -> str:

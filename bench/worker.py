@@ -14,7 +14,6 @@ Every result holds ``peak``, the process's largest resident size in bytes.
 """
 
 import json
-import os
 import resource
 import sys
 import time
@@ -24,6 +23,7 @@ import bpy
 import numpy as np
 
 from bench.jobs import FILM_SEED, TILES
+from generator.atomic_file import written_whole
 
 
 def main(order: dict) -> None:
@@ -196,9 +196,8 @@ def _save_pixels(exr: Path, path: Path) -> None:
     pixels = np.empty(width * height * 4, np.float32)
     image.pixels.foreach_get(pixels)
     bpy.data.images.remove(image)
-    unfinished = path.with_suffix(".part.npy")
-    np.save(unfinished, pixels.reshape(height, width, 4)[..., :3])
-    os.replace(unfinished, path)
+    with written_whole(path) as temporary:
+        np.save(temporary, pixels.reshape(height, width, 4)[..., :3])
 
 
 def _save_png(scene: bpy.types.Scene, path: Path) -> None:

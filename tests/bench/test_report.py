@@ -1,4 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
+import os
+import resource
 from html.parser import HTMLParser
 
 import matplotlib.pyplot as plt
@@ -106,3 +108,29 @@ def test_table_of_docs_replaces_what_stands_between_its_marks(tmp_path, monkeypa
     assert "old" not in lines
     with pytest.raises(ValueError, match="no marks"):
         doc_parts.write_table("report", made)
+
+
+@pytest.mark.skipif(os.name != "posix", reason="quotas")
+def test_a_page_and_its_pictures_stay_where_the_new_ones_do_not_fit(tmp_path, monkeypatch):
+    """... on the disk: none is cut off."""
+    monkeypatch.setattr(doc_parts, "ROOT", tmp_path)
+    (tmp_path / "docs").mkdir()
+    text, picture, source = (tmp_path / name for name in ("docs/a.md", "docs/a.jpg", "whole.png"))
+    text.write_text("<!-- python -m bench a --docs -->\n<!-- end of a -->\n")
+    picture.write_bytes(b"old")
+    pixels = np.random.default_rng(1).random((64, 64, 3))
+    plt.imsave(source, pixels)
+    before = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (500, before[1]))
+    try:
+        for write in (
+            lambda: doc_parts.renew(text, "a", "x" * 1000),
+            lambda: doc_parts.write_picture("a", pixels),
+            lambda: crops.write_crop(source, (0.5, 0.5), picture.with_suffix(".png")),
+        ):
+            with pytest.raises(OSError, match="not written"):
+                write()
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, before)
+    assert text.read_text().endswith("end of a -->\n") and picture.read_bytes() == b"old"
+    assert sorted(path.name for path in text.parent.iterdir()) == ["a.jpg", "a.md"]
