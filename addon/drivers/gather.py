@@ -19,6 +19,7 @@ from ..blender.refusal import Refused
 from ..blender.region import bands
 from ..cycles import aperture, denoiser, dicing, osl_camera, passes, plan_image, sampling
 from ..farm import layers
+from ..picture.picture import mean_data
 from ..picture.reconstruction import Reconstruction, first_position, positions
 from ..plan import arranged_plan, pattern_plan
 from . import steps
@@ -158,7 +159,7 @@ def _in_order(session, plan, views):
 
 
 def _filtered(session, frame, plan, clean, views):
-    """A call for each sample: light of each goes through the filter, data are those of the first."""
+    """A call for each sample: light of each goes through the filter, data are those of the first, or means."""
     limit, begun, seed = frame.sampling.time_limit, time.monotonic(), frame.sampling.frame_seed
     first, sums = None, None
     for sample in range(frame.sampling.samples):
@@ -170,7 +171,7 @@ def _filtered(session, frame, plan, clean, views):
         session.set_sampling(use_sample_subset=True, sample_offset=sample, sample_subset_length=1)
         picture = _in_order(session, plan, views)
         light = steps.without_noise(session, picture, clean, sample, 1).light
-        if first is None:
-            first, sums = picture, Reconstruction(frame.filter, *light.shape)
+        sums = sums or Reconstruction(frame.filter, *light.shape)
+        first = mean_data(first, picture, sample + 1)
         sums.add(light, positions(frame.region, sample, seed))
     return first.with_light(sums.pixels())

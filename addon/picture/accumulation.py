@@ -74,7 +74,12 @@ class Accumulation:
             light = pixels * passes[by] if by else pixels
             with np.errstate(over="ignore"):  # Cycles' depth of nothing is the largest number
                 self._sums[key][part] += np.float32(count) * light
-        self._add_cryptomattes(part, passes, first, count)
+        ranked = {key: pixels for key, pixels in passes.items() if self._is_ranked(key, pixels)}
+        if first > 0:
+            before = {key: self._sums[key][part] for key in ranked}
+            ranked = cryptomatte.mixed(before, ranked, np.array((first, count)) / (first + count))
+        for key, pixels in ranked.items():
+            self._sums[key][part] = pixels
         self.counts[part] = first + count
 
     def _error_of_guides(self, part, passes, first, count):
@@ -87,21 +92,6 @@ class Accumulation:
     def _is_ranked(self, key, pixels):
         """Whether a pass is two ranks of Cryptomatte; an AOV of one value may bear the name of such."""
         return self.kinds[key[0]] is Kind.CRYPTOMATTE and pixels.shape[2] == 4
-
-    def _add_cryptomattes(self, part, passes, first, count):
-        """Ranks of all samples, pass by pass of each kind in the order of their numbers."""
-        kinds = {}
-        for name, view in sorted(key for key, pixels in passes.items() if self._is_ranked(key, pixels)):
-            kinds.setdefault((name[:-2], view), []).append((name, view))
-        for keys in kinds.values():
-            ranks = np.concatenate([passes[key] for key in keys], axis=2)
-            if first > 0:
-                before = np.concatenate([self._sums[key][part] for key in keys], axis=2)
-                shares = np.array((first, count)) / (first + count)
-                ranks = cryptomatte.merged([before, ranks], shares)
-            ends = np.cumsum([passes[key].shape[2] for key in keys])[:-1]
-            for key, pixels in zip(keys, np.split(ranks, ends, axis=2), strict=True):
-                self._sums[key][part] = pixels
 
     def _divisor(self, key, passes):
         """Key of the pass of the colour that Cycles has divided this one by, if it was rendered."""

@@ -4,24 +4,32 @@
 import numpy as np
 
 
-def merged(pictures, weights):
-    """Ranks of several pictures together: coverages of one identifier add up, and the largest stay.
+def mixed(before, after, shares):
+    """Passes of two ranks each of two pictures together.
 
     Parameters
     ----------
-    pictures : iterable of float32 array, shape (height, width, 2 * ranks)
-        Identifiers and coverages in turn.
-    weights : iterable of float
-        Of each picture, 1 together.
+    before, after : dict
+        (pass name, view name) -> float32 array, shape (..., 4): identifiers and coverages in turn; the passes of one
+        kind differ in the two digits at their names' ends.  Only those of `after` are looked at.
+    shares : (float or array, float or array)
+        Of each picture, 1 together; arrays of shape (..., 1).
 
     Returns
     -------
-    float64 array, shape (height, width, 2 * ranks)
+    dict
+        As `after`, float64.
     """
-    total = None
-    for picture, weight in zip(pictures, weights, strict=True):
-        total = added(total, picture, weight)
-    return ranked(total, picture.shape[-1])
+    kinds, found = {}, {}
+    for name, view in sorted(after):
+        kinds.setdefault((name[:-2], view), []).append((name, view))
+    for keys in kinds.values():
+        total = None
+        for passes, share in zip((before, after), shares, strict=True):
+            total = added(total, np.concatenate([passes[key] for key in keys], axis=-1), share)
+        largest = ranked(total, 4 * len(keys))
+        found |= zip(keys, np.split(largest, len(keys), axis=-1), strict=True)
+    return found
 
 
 def added(total, picture, weight):
@@ -29,16 +37,16 @@ def added(total, picture, weight):
     more = picture.astype(np.float64)
     more[..., 1::2] *= weight
     both = more if total is None else np.concatenate((total, more), axis=-1)
-    ids, coverage = both[..., 0::2], both[..., 1::2]
-    order = np.argsort(ids, axis=-1, kind="stable")
-    ids, coverage = (np.take_along_axis(values, order, axis=-1) for values in (ids, coverage))
-    run = np.cumsum(np.diff(ids, axis=-1, prepend=ids[..., :1]) != 0, axis=-1)
+    ids, coverage = both.reshape(-1, both.shape[-1] // 2, 2).transpose(2, 0, 1)
+    order = np.argsort(ids, axis=1, kind="stable")
+    ids, coverage = (np.take_along_axis(values, order, axis=1) for values in (ids, coverage))
+    pixel = np.arange(len(ids))[:, None]
+    run = np.cumsum(np.diff(ids, axis=1, prepend=ids[:, :1]) != 0, axis=1)
     # Scenes have few objects in a pixel, however many pictures there are of it.
-    result = np.zeros((*run.shape[:-1], run.max(initial=0) + 1, 2))
-    rows, columns, _ = np.ogrid[tuple(map(slice, run.shape))]
-    np.add.at(result[..., 1], (rows, columns, run), coverage)
-    result[..., 0][rows, columns, run] = ids
-    return result.reshape(*run.shape[:-1], -1)
+    pairs = np.zeros((len(ids), run.max(initial=0) + 1, 2))
+    np.add.at(pairs[..., 1], (pixel, run), coverage)
+    pairs[..., 0][pixel, run] = ids
+    return pairs.reshape(*both.shape[:-1], -1)
 
 
 def ranked(total, length):
@@ -46,4 +54,6 @@ def ranked(total, length):
     pairs = total.reshape(*total.shape[:-1], -1, 2)
     best = np.argsort(-pairs[..., 1], axis=-1, kind="stable")[..., : length // 2]
     found = np.take_along_axis(pairs, best[..., None], axis=-2).reshape(*total.shape[:-1], -1)
-    return np.pad(found, ((0, 0), (0, 0), (0, length - found.shape[-1])))
+    result = np.zeros((*found.shape[:-1], length))
+    result[..., : found.shape[-1]] = found
+    return result

@@ -7,6 +7,7 @@ import numpy as np
 
 from ..cycles.passes import NOISY, Kind, divisor, is_radiance
 from ..plan.sample_plan import scattered
+from . import cryptomatte
 
 
 @dataclass(frozen=True)
@@ -127,10 +128,20 @@ def mean(before, picture, count):
     """The picture of `count` samples, of which the last one's is `picture`, and the others' mean is `before`."""
     if count == 1:
         return picture
-    share = np.float32(1.0 / count)
-    data = {key: before.passes[key] for key in picture.of_kind(Kind.FIRST_SAMPLE, Kind.CRYPTOMATTE)}
+    light = before.light
+    return mean_data(before, picture, count).with_light(light + np.float32(1.0 / count) * (picture.light - light))
+
+
+def mean_data(before, picture, count):
+    """As `mean`, but with the light of `before`."""
+    if count == 1:
+        return picture
+    share, data = np.float32(1.0 / count), {}
     for key in picture.of_kind(Kind.MEAN, Kind.SAMPLE_COUNT):
         data[key] = before.passes[key] + share * (picture.passes[key] - before.passes[key])
-    light = before.light
-    light = light + share * (picture.light - light)
-    return before.with_passes(data).with_light(light)
+    # An AOV of one value may bear such a name.
+    ranked = {
+        key: picture.passes[key] for key in picture.of_kind(Kind.CRYPTOMATTE) if picture.passes[key].shape[1] == 4
+    }
+    mattes = cryptomatte.mixed(before.passes, ranked, (1.0 - share, share))
+    return before.with_passes(data | {key: pixels.astype(np.float32) for key, pixels in mattes.items()})

@@ -23,7 +23,7 @@ METHODS = {
 
 
 def build_scene(names, kinds):
-    """An emissive landscape without chance, whose AOVs all show the position."""
+    """An emissive landscape without chance, whose AOVs show the position, each in a scale of its own."""
     scene = rendering.empty_scene(24, 18)
     rendering.add_camera((0, -6, 4), (np.radians(58), 0, 0))
     material = rendering.emission()
@@ -33,9 +33,11 @@ def build_scene(names, kinds):
     for name, kind in zip(names, kinds, strict=True):
         aov = layer.aovs.add()
         aov.name, aov.type = name, kind
-        node = tree.nodes.new("ShaderNodeOutputAOV")
+        node, scaled = tree.nodes.new("ShaderNodeOutputAOV"), tree.nodes.new("ShaderNodeVectorMath")
         node.aov_name = aov.name
-        tree.links.new(position, node.inputs["Color" if kind == "COLOR" else "Value"])
+        scaled.operation, scaled.inputs["Scale"].default_value = "SCALE", 1.0 + 0.1 * len(layer.aovs)
+        tree.links.new(position, scaled.inputs[0])
+        tree.links.new(scaled.outputs[0], node.inputs["Color" if kind == "COLOR" else "Value"])
     rendering.add_plane(30, material)
     return scene, [aov for aov in layer.aovs if aov.is_valid]
 
@@ -80,17 +82,63 @@ def test_lights_are_not_lost_to_an_aov_called_like_their_colour(tmp_path):
         rendering.render(tmp_path, "SPECTRAL_TILES")
 
 
-@pytest.mark.parametrize("method", METHODS)
+EVERY = METHODS | {
+    "rounds": {},
+    "sub-frames": {"method": "SUB_FRAMES", "sub_frames": 8},
+    "sub-frames and filter": {"method": "SUB_FRAMES", "sub_frames": 8, "filter": "GAUSSIAN"},
+    "pattern": {"pattern": "SPECTRAL"},
+    "lobes": {"filter": "MITCHELL_NETRAVALI"},
+}
+
+#: Of 40 AOVs, and of objects.
+FORTY = (*(f"Layer {number}" for number in range(33)), "rim", "Rim", "RIM", "Tiefe äöü", "深度", "Ω", "a_b c")
+MATTES = ("ob", "OB", "Öb", "物", "ob.R", "ob 2")
+
+
+def mattes(passes):
+    """Coverage of each identifier, over blocks of pixels."""
+    found = {}
+    for name, pixels in passes.items():
+        if "CryptoObject" in name:
+            for identifier, coverage in ((pixels[..., 0], pixels[..., 1]), (pixels[..., 2], pixels[..., 3])):
+                for one in np.unique(identifier[coverage > 0.0]):
+                    found[one] = found.get(one, 0.0) + np.where(identifier == one, coverage, 0.0)
+    return found
+
+
+def blocks(pixels):
+    """Means over blocks of 6 x 6 pixels, without the border."""
+    height, width = (length // 6 for length in pixels.shape[:2])
+    pixels = pixels[: 6 * height, : 6 * width]
+    return pixels.reshape(height, 6, width, 6, -1).mean(axis=(1, 3))
+
+
+@pytest.mark.parametrize("method", EVERY)
 def test_forty_aovs_and_sixteen_levels_of_cryptomatte(tmp_path, method):
-    names = [f"Layer {number}" for number in range(40)]
-    scene, _ = build_scene(names, ["COLOR", "VALUE"] * 20)
+    """By as many samples as spread over rounds, sub-frames and a filter's pixels, of things that move and overlap."""
+    scene, aovs = build_scene(FORTY, ["COLOR", "VALUE"] * 20)
+    assert len(aovs) == 40
+    for number, name in enumerate(MATTES):
+        thing = rendering.add_plane(1.7, rendering.emission(), (0.9 * number - 2.2, 0.3 * number, 0.5 + 0.2 * number))
+        thing.name = name
+    rendering.slide(bpy.data.objects["OB"], (-2, -1, 1), (-2, 2, 1))
+    scene.render.use_motion_blur = True
     layer = bpy.context.view_layer
     layer.use_pass_cryptomatte_object, layer.pass_cryptomatte_depth = True, 16
-    for name, value in METHODS[method].items():
+    layer.use_pass_normal = layer.use_pass_uv = True
+    if method == "rounds":
+        scene.cycles.use_adaptive_sampling, scene.cycles.adaptive_threshold = True, 0.02
+    native = rendering.render(tmp_path, "CYCLES", 64)
+    for name, value in EVERY[method].items():
         setattr(scene.spectral_tiles, name, value)
-    native = rendering.render(tmp_path, "CYCLES")
-    ours = rendering.render(tmp_path, "SPECTRAL_TILES")
-    assert native.keys() <= ours.keys()
-    for name in native:
-        if "Crypto" in name and method != "filter":
-            assert np.allclose(ours[name], native[name], atol=1e-5), name
+    ours = rendering.render(tmp_path, "SPECTRAL_TILES", 64)
+    assert native.keys() == ours.keys() >= {f"ViewLayer.{name}" for name in FORTY}
+    theirs, found = mattes(native), mattes(ours)
+    assert theirs.keys() == found.keys() and len(found) == len(MATTES) + 1
+    for one, coverage in theirs.items():
+        np.testing.assert_allclose(blocks(found[one]), blocks(coverage), atol=0.06)
+    for name, pixels in native.items():
+        if "Crypto" not in name:
+            scale = float(np.abs(pixels).max())
+            np.testing.assert_allclose(blocks(ours[name]), blocks(pixels), atol=0.06 * scale, err_msg=name)
+            assert ours[name].mean() == pytest.approx(pixels.mean(), abs=0.01 * scale), name

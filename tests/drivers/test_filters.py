@@ -97,8 +97,9 @@ def test_data_passes_are_not_mixed(tmp_path, kind):
     passes = rendering.render(tmp_path, "SPECTRAL_TILES", 2)
     allowed = {float(made.pass_index) for made in bpy.data.objects if made.type == "MESH"}
     assert set(np.unique(passes["ViewLayer.Object Index"])) <= allowed
+    # As Cycles has it, the mean of a pixel's samples, which a filter's lobes do not reach.
     normals = np.linalg.norm(passes["ViewLayer.Normal"], axis=-1)
-    assert np.allclose(normals, 1.0, atol=1e-4)
+    assert normals.max() < 1.0 + 1e-4 and np.median(normals) > 1.0 - 1e-4
     assert passes["ViewLayer.Depth"].max() < 100.0
     # The passes of the light add up to the picture, through the filter too.
     light = passes["ViewLayer.Diffuse Direct"] * passes["ViewLayer.Diffuse Color"] + passes["ViewLayer.Emission"]
