@@ -48,7 +48,7 @@ def opened(path):
         It cannot be read.
     """
     oiio = load()
-    image = oiio.ImageInput.open(path)
+    image = oiio.ImageInput.open(os.fsencode(path))
     if image is None:
         raise ValueError(oiio.geterror())
     specs = []

@@ -172,6 +172,6 @@ def _filtered(session, frame, plan, clean, views):
         picture = _in_order(session, plan, views)
         light = steps.without_noise(session, picture, clean, sample, 1).light
         sums = sums or Reconstruction(frame.filter, *light.shape)
-        first = mean_data(first, picture, sample + 1)
+        first = mean_data(first, picture, sample + 1) if first else picture
         sums.add(light, positions(frame.region, sample, seed))
     return first.with_light(sums.pixels())

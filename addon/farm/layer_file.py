@@ -67,9 +67,8 @@ class LayerFile:
         By the numbers of channels whose light Cycles has divided, those of the colours by which.
     is_sealed : bool
         Whether its digest has told that it is whole.
-    state : tuple
-        Tells whether it is still the same file, which is opened anew for some rows at a time: thousands of layers
-        are more than a process may have open.
+    changed : int
+        When it was written: it is opened anew for some rows at a time, as thousands are more than a process may open.
     """
 
     path: str
@@ -81,7 +80,7 @@ class LayerFile:
     channels: list
     divisors: dict
     is_sealed: bool
-    state: tuple
+    changed: int
 
     @classmethod
     def read(cls, path):
@@ -94,17 +93,17 @@ class LayerFile:
         """
         if not os.path.isfile(path):
             raise Refused(messages.one_line(f"Missing: {path}"))
-        state = _state(path)
+        changed = os.stat(path).st_mtime_ns
         is_sealed = seal.check(path)
         try:
-            return cls._read(path, is_sealed, state)
+            return cls._read(path, is_sealed, changed)
         except UnicodeDecodeError:
             raise seal.refusal(path, "is damaged: there is no text in its header where text should be") from None
         except ValueError as error:
             raise seal.refusal(path, f"is damaged or truncated: {error}") from None
 
     @classmethod
-    def _read(cls, path, is_sealed, state):
+    def _read(cls, path, is_sealed, changed):
         image, specs = openimageio.opened(path)
         if image.format_name() != "openexr":
             raise seal.refusal(path, "is no OpenEXR picture")
@@ -137,21 +136,16 @@ class LayerFile:
         known["window"] = "{0.x} {0.y} in {0.full_width} x {0.full_height}".format(specs[0])
         known["passes"] = ", ".join(f"{channel.view}:{channel}" for channel in channels)
         size = specs[0].width, specs[0].height
-        return cls(path, known, first, count, samples, size, channels, divisors, is_sealed, state)
+        return cls(path, known, first, count, samples, size, channels, divisors, is_sealed, changed)
 
     def rows(self, band):
         """Some rows of all channels, float32 (rows, width, channels); raises `Refused` if they are damaged."""
-        if _state(self.path) != self.state:
+        if os.stat(self.path).st_mtime_ns != self.changed:
             raise seal.refusal(self.path, "has become another file meanwhile")
         try:
             return openimageio.rows(*openimageio.opened(self.path), band)
         except ValueError as error:
             raise seal.refusal(self.path, f"is damaged or truncated: {error}") from None
-
-
-def _state(path):
-    found = os.stat(path)
-    return found.st_ino, found.st_size, found.st_mtime_ns
 
 
 def _check_size(path, specs):

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The exact merge of the layers of a frame (`layers`) into the picture that one render would have made."""
 
+import os
 import re
 
 import numpy as np
@@ -131,12 +132,13 @@ def _write(path, layer, pixels):
     specs[0].attribute(PREFIX + "subset", f"0 {layer.samples}")
     specs[0].attribute(seal.NAME, seal.OPEN)
     with atomic_file.written_whole(path, lambda written: _check_written(str(written), specs, pixels)) as temporary:
-        output = oiio.ImageOutput.create(str(temporary))
-        written = bool(output) and output.open(str(temporary), tuple(specs))
+        name = os.fsencode(temporary)
+        output = oiio.ImageOutput.create(name)
+        written = bool(output) and output.open(name, tuple(specs))
         column = 0
         for index, spec in enumerate(specs):
             if written and index:
-                written = output.open(str(temporary), spec, "AppendSubimage")
+                written = output.open(name, spec, "AppendSubimage")
             columns = pixels[..., column : column + spec.nchannels]
             written = written and output.write_image(np.ascontiguousarray(columns))
             column += spec.nchannels

@@ -56,7 +56,9 @@ def parser(program, commands):
     _add_whole(rendered, "--samples", cycles, "samples", "samples a pixel, the most with a noise threshold")
     _add_whole(rendered, "--seed", cycles, "seed", "seed of the noise")
     rendered.add_argument("--pattern", metavar="PATTERN", help="'auto', a shipped pattern's name or a pattern file")
-    _add_whole(rendered, "--percentage", settings, "resolution_percentage", "size in percent")
+    _add_whole(
+        rendered, "--percentage", settings, "resolution_percentage", "size in percent, of at most 65536 pixels a side"
+    )
 
     render = subparsers.add_parser("render", parents=[rendered], help="render frames to files")
     render.add_argument(
@@ -77,14 +79,16 @@ def parser(program, commands):
         "--layer",
         type=_layer,
         metavar="I/K",
-        help="take the I-th of K parts of the samples, into PATH_layerIofK.exr; `merge` puts them together",
+        help="take the I-th of K parts of the samples, 1 to K, which is at most their number, into PATH_layerIofK.exr; "
+        "`merge` puts them together",
     )
     render.set_defaults(run=commands["render"])
 
     compare = subparsers.add_parser(
         "compare", parents=[rendered], help="render one frame with Cycles and Spectral Tiles at equal samples"
     )
-    compare.add_argument("--out", required=True, metavar="FOLDER", help="receives both pictures as EXR and PNG")
+    folder = _checked(lambda path: picture_files.check_output(path and f"{path}/"))
+    compare.add_argument("--out", type=folder, required=True, metavar="FOLDER", help="receives both as EXR and PNG")
     _add_whole(compare, "--frame", scene, "frame_current", "the frame")
     compare.add_argument(
         "--reference-samples",

@@ -205,6 +205,7 @@ def _open(options):
             setattr(scene.cycles, name, getattr(options, name))
     if options.percentage is not None:
         scene.render.resolution_percentage = options.percentage
+    picture_files.check_size(scene.render)
     if options.pattern is not None:
         items = settings.bl_rna.properties["pattern"].enum_items
         shipped = [item.identifier for item in items if item.identifier != "FILE"]

@@ -53,9 +53,10 @@ class Progress:
         """Read what the engine says of itself: Cycles of one call, a method that calls it many times of all."""
         if match := re.search(r"Sampling by noise, (\d+)%", stats):
             self._tell(int(match[1]) / 100.0)
-        match = re.search(r"(Sample|Sub-Frame) (\d+)/(\d+)", stats)
-        if match and (match[1] != "Sample" or int(match[3]) == self._samples):
-            self._tell(int(match[2]) / int(match[3]))
+        match = re.search(r"(?:Rendered (\d+)/(\d+) Tiles, )?(Sample|Sub-Frame) (\d+)/(\d+)", stats)
+        if match and (match[3] != "Sample" or int(match[5]) == self._samples):
+            done, tiles = int(match[1] or 0), int(match[2] or 1)
+            self._tell(min(1.0, (done + int(match[4]) / int(match[5])) / tiles))
 
     def _tell(self, part):
         self._percent.tell((self._begun - 1 + part) / self._pictures)

@@ -2,6 +2,7 @@
 """Pictures rendered to files from the command line, which appear complete or not at all."""
 
 import contextlib
+import math
 import os
 import re
 import struct
@@ -13,7 +14,7 @@ from ..blender import openimageio
 from ..blender.refusal import Refused
 from ..blender.region import Region
 from ..farm import seal
-from ..plan.patterns import atomic_file
+from ..plan.patterns import atomic_file, messages
 
 # Endings of pictures that Blender writes, and the settings that it does so by.
 _FORMATS = {
@@ -47,6 +48,9 @@ _LAST_BYTES = {
     ".tga": b"TRUEVISION-XFILE.\0",
 }
 
+#: Pixels, as Blender's own settings have it.
+LONGEST_SIDE = 65536
+
 # What is taken for an ending: letters behind a dot, perhaps with digits; neither `frame.0001` nor `v1.2_####`.
 _ENDING = re.compile(r"\.[A-Za-z][A-Za-z0-9]{0,4}$")
 
@@ -59,9 +63,20 @@ def open_scene(path, name=None):
         raise Refused(f"Cannot open {path}: {_one_line(error)}") from error
     if name is None:
         return bpy.context.scene
-    if name not in bpy.data.scenes:
-        raise Refused(f'{path} has no scene "{name}", but {", ".join(bpy.data.scenes.keys())}')
+    names = bpy.data.scenes.keys()
+    if name not in names:
+        raise Refused(f"{path} has no scene {messages.quoted(name)}, but {', '.join(names)}")
     return bpy.data.scenes[name]
+
+
+def check_size(settings):
+    """Raise `Refused` unless a picture is one that Blender makes and that fits into this machine's memory."""
+    region, memory = Region.of_render(settings), math.inf
+    if hasattr(os, "sysconf"):
+        memory = os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE")
+    if max(region.frame) > LONGEST_SIDE or 16 * region.pixels > memory:  # of four floats each
+        size = "{} x {}".format(*region.frame)
+        raise Refused(f"{size} pixels are too large a picture for Blender, or this machine's memory; see --percentage")
 
 
 def check_output(path):

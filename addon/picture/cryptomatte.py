@@ -5,20 +5,15 @@ import numpy as np
 
 
 def mixed(before, after, shares):
-    """Passes of two ranks each of two pictures together.
+    """Passes of Cryptomatte of two pictures together: those of `after`, float64.
 
     Parameters
     ----------
     before, after : dict
         (pass name, view name) -> float32 array, shape (..., 4): identifiers and coverages in turn; the passes of one
-        kind differ in the two digits at their names' ends.  Only those of `after` are looked at.
-    shares : (float or array, float or array)
-        Of each picture, 1 together; arrays of shape (..., 1).
-
-    Returns
-    -------
-    dict
-        As `after`, float64.
+        kind differ in the two digits at their names' ends.
+    shares : (float, float)
+        Of each picture, 1 together.
     """
     kinds, found = {}, {}
     for name, view in sorted(after):
@@ -54,6 +49,4 @@ def ranked(total, length):
     pairs = total.reshape(*total.shape[:-1], -1, 2)
     best = np.argsort(-pairs[..., 1], axis=-1, kind="stable")[..., : length // 2]
     found = np.take_along_axis(pairs, best[..., None], axis=-2).reshape(*total.shape[:-1], -1)
-    result = np.zeros((*found.shape[:-1], length))
-    result[..., : found.shape[-1]] = found
-    return result
+    return np.pad(found, (*((0, 0) for _ in found.shape[1:]), (0, length - found.shape[-1])))

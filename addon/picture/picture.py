@@ -134,8 +134,6 @@ def mean(before, picture, count):
 
 def mean_data(before, picture, count):
     """As `mean`, but with the light of `before`."""
-    if count == 1:
-        return picture
     share, data = np.float32(1.0 / count), {}
     for key in picture.of_kind(Kind.MEAN, Kind.SAMPLE_COUNT):
         data[key] = before.passes[key] + share * (picture.passes[key] - before.passes[key])

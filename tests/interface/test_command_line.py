@@ -17,7 +17,7 @@ import pytest
 from addon import drivers
 from addon.blender import openimageio
 from addon.interface import command_line, comparison
-from tests import rendering
+from tests import effort, rendering
 
 
 @pytest.fixture
@@ -305,6 +305,14 @@ def test_interrupted_while_cycles_renders(scene_file, tmp_path, number):
         ["render", __file__, "--frames", "1,"],
         ["render", __file__, "--frames=-1048575"],
         ["compare", __file__],
+        ["compare", __file__, "--out", ""],
+        ["compare", __file__, "--out", "a\0b"],
+        ["compare", __file__, "--out", "a", "--reference-samples", "1" + 5000 * "0"],
+        ["compare", __file__, "--out", "a", "--frame", "-1048575"],
+        ["render", __file__, "--seed", "2147483648"],
+        ["render", __file__, "--percentage", "32768"],
+        ["render", "\udcff.blend"],
+        ["render", __file__, "--frames", "\udcff"],
         ["merge"],
         ["tile", "info", "missing.npz"],
         ["tile"],
@@ -313,7 +321,7 @@ def test_interrupted_while_cycles_renders(scene_file, tmp_path, number):
 def test_wrong_use_is_one_line_and_code_2(arguments, capfd):
     assert run(*arguments) == command_line.WRONG_USE
     (line,) = capfd.readouterr().err.splitlines()
-    assert len(line) < 500
+    assert len(line) <= 200
 
 
 def test_help_and_tiles(tmp_path, capsys):
@@ -322,7 +330,16 @@ def test_help_and_tiles(tmp_path, capsys):
         assert "usage: blender --command spectral_tiles" in capsys.readouterr().out
     run("render", "--help")
     told = " ".join(capsys.readouterr().out.split())
-    assert "1 to 16777216" in told and "-1048574 to 1048574" in told and ".avif .bmp" in told
+    bounds = (
+        "1 to 16777216",
+        "-1048574 to 1048574",
+        "0 to 2147483647",
+        "1 to 32767",
+        "65536 pixels",
+        "1 to K",
+        ".avif",
+    )
+    assert all(bound in told for bound in bounds)
     tile = tmp_path / "tile.npz"
     make = ("tile", "make", "--size", "8", "--steps", "50", "--dims", "t", "--out", tile, "--json", "-")
     assert run(*make) == command_line.DONE
@@ -366,6 +383,51 @@ def test_a_summary_does_not_replace_what_a_link_leads_to(scene_file, tmp_path, c
     picture.symlink_to(tmp_path / "nothing")
     assert run("render", scene_file, "--output", picture, "--json", picture) == command_line.WRONG_USE
     assert Path(scene_file).read_bytes() == before and link.is_symlink()
+
+
+@pytest.mark.parametrize("name", ["\udcff\udcfe", "\ud800", "", "a\0b", "x" * 10000, "a\nb"])
+def test_scenes_of_any_name_are_refused_in_one_line(scene_file, capfd, name):
+    assert run("render", scene_file, "--scene", name) == command_line.FAILED
+    (line,) = (line for line in capfd.readouterr().err.splitlines() if line.startswith("spectral_tiles: "))
+    assert "has no scene" in line and len(line) <= 200 and line.isprintable()
+
+
+def test_names_that_are_no_unicode_work(scene_file, tmp_path, capfd):
+    """As Linux allows any bytes, which Python shows by surrogates."""
+    folder = tmp_path / "\udcff"
+    scene = scene_file.replace("scene", "\udcfe")
+    os.rename(scene_file, scene)
+    for layer in ("1/2", "2/2"):
+        assert run("render", scene, "--output", folder / "\udcfd.exr", "--samples", "2", "--layer", layer) == 0
+    assert run("merge", folder / "\udcfd.exr", "--json", folder / "\udcfc.json") == command_line.DONE
+    assert json.loads((folder / "\udcfc.json").read_text())["files"] == [str(folder / "\udcfd.exr")]
+    assert run("compare", scene, "--out", folder / "c", "--reference-samples", "1") == command_line.DONE
+    names = ["c", *(f"\udcfd{rest}" for rest in (".exr", "_layer1of2.exr", "_layer2of2.exr")), "\udcfc.json"]
+    assert sorted(path.name for path in folder.iterdir()) == sorted(names)
+
+
+@pytest.mark.parametrize("percentage", [10000, 32767])
+def test_pictures_beyond_blenders_size_are_refused_before_memory_is_taken(tmp_path, capfd, percentage):
+    rendering.empty_scene(1920, 1080)
+    rendering.add_camera()
+    path = tmp_path / "scene.blend"
+    bpy.ops.wm.save_as_mainfile(filepath=str(path))
+    for command, option in (("render", "--output"), ("compare", "--out")):
+        with effort.within(1, 50e6):
+            assert run(command, path, option, tmp_path / "a", "--percentage", percentage) == command_line.FAILED
+        (line,) = (line for line in capfd.readouterr().err.splitlines() if line.startswith("spectral_tiles: "))
+        assert "too large" in line and len(line) <= 200
+    assert [path.name for path in tmp_path.iterdir()] == ["scene.blend"]
+
+
+def test_progress_of_pictures_in_tiles(scene_file, tmp_path, capfd):
+    """Of all of Cycles' own, not of the first."""
+    cycles, render = bpy.context.scene.cycles, bpy.context.scene.render
+    cycles.use_auto_tile, cycles.tile_size, render.resolution_x, render.resolution_y = True, 64, 256, 256
+    bpy.ops.wm.save_mainfile()
+    assert run("render", scene_file, "--output", tmp_path / "a.png", "--samples", "2") == command_line.DONE
+    percents = [int(line.split()[1]) for line in capfd.readouterr().out.splitlines() if "openjd_progress" in line]
+    assert percents == sorted(set(percents)) and len(percents) > 16 and percents[0] == 0 and percents[-1] == 100
 
 
 def test_a_summary_is_no_frame(scene_file, tmp_path, capfd):
