@@ -48,7 +48,9 @@ def opened(path):
         It cannot be read.
     """
     oiio = load()
+    oiio.attribute("openexr:core", 1)  # its reader says only to us what is wrong
     image = oiio.ImageInput.open(os.fsencode(path))
+    oiio.attribute("openexr:core", 0)
     if image is None:
         raise ValueError(oiio.geterror())
     specs = []

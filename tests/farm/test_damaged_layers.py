@@ -2,16 +2,14 @@
 """Damaged and hostile sets of layers: the frame, or one line that says why not, soon and in little memory."""
 
 import random
-import resource
 import shutil
-import time
 
 import bpy
 import pytest
 
 from addon.farm import layers, seal
 from addon.interface import command_line
-from tests import rendering
+from tests import effort, rendering
 from tests.farm import damage
 
 COUNT = 3
@@ -65,17 +63,20 @@ def merged(tmp_path, sound, capfd):
             (folder / name).write_bytes(data)
         frame = folder / "frame.exr"
         frame.write_bytes(b"old")
-        start, used = time.perf_counter(), resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
-        code = command_line.run(["merge", str(frame)])
-        seconds, used = time.perf_counter() - start, resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - used
-        lines = [line for line in capfd.readouterr().err.splitlines() if line.startswith("spectral_tiles: ")]
+        with effort.within(1.0, 100e6):
+            code = command_line.run(["merge", str(frame)])
+        # Blender and its libraries say nothing either.
+        lines = capfd.readouterr().err.splitlines()
         line = " ".join(lines)
         assert code in (command_line.DONE, command_line.FAILED)
-        assert seconds < 10 and used < 100_000  # the seconds are of a busy machine
+        assert len(lines) <= 1 and len(line) <= 200 and line.isprintable() and "report this" not in line, line
         if code == command_line.FAILED:
-            assert len(lines) == 1 and len(line) <= 200 and "report this" not in line, line
+            assert line.startswith("spectral_tiles: ")
             assert frame.read_bytes() == b"old"
+        else:
+            assert not line or "without a digest" in line or "plans differ" in line
         assert {path.name for path in folder.iterdir()} == files.keys() | {"frame.exr"}
+        assert all((folder / name).read_bytes() == data for name, data in files.items())
         written = frame.read_bytes()
         shutil.rmtree(folder)
         return code, line, written
