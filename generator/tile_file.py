@@ -57,7 +57,8 @@ def _named(path):
     try:
         yield
     except (ValueError, RecursionError) as error:
-        raise ValueError(about(path, error)) from error
+        # Without its traceback, which would keep all callers' frames, and by them a render's engine, in a cycle.
+        raise ValueError(about(path, error)) from error.with_traceback(None)
 
 
 def save_tile(tile, path):

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The command line: what it writes and prints, and its exit codes."""
 
+import gc
 import json
 import os
 import re
@@ -212,6 +213,17 @@ def test_a_refused_render_is_one_line_and_code_1(scene_file, tmp_path, capfd):
     assert len(errors) == 1 and "none.npz" in errors[0]
     assert "none.npz" in json.loads(summary.read_text())["error"]
     assert not list(output.parent.iterdir())
+
+
+def test_a_damaged_pattern_keeps_no_engine(scene_file, tmp_path, monkeypatch):
+    """Or else Blender's own destructor fails later, with lines of its own."""
+    (tmp_path / "a.npz").write_text("no tile")
+    gc.collect()
+    ignored = []
+    monkeypatch.setattr(sys, "unraisablehook", lambda error: ignored.append(str(error.exc_value)))
+    assert run("render", scene_file, "--pattern", tmp_path / "a.npz") == command_line.FAILED
+    gc.collect()
+    assert ignored == []
 
 
 def test_failures_are_code_1(scene_file, tmp_path):
