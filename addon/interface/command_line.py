@@ -176,8 +176,7 @@ def _merge(options):
     samples, exact, sealed = merge.merge(files, options.picture, Percent().tell)
     if not exact:
         _warn(
-            "the layers' sample plans differ, as those of unlike machines may; the picture is sound, but not exactly "
-            "that of one render"
+            "the layers' sample plans differ, as of unlike machines; the picture is sound, but not that of one render"
         )
     if not sealed:
         _warn("layers without a digest, as Blender writes without this command line; damage in them is not found")

@@ -5,15 +5,10 @@ import numpy as np
 
 
 def mixed(before, after, shares):
-    """Passes of Cryptomatte of two pictures together: those of `after`, float64.
+    """Passes of Cryptomatte of two pictures together, by their shares, which are 1 together.
 
-    Parameters
-    ----------
-    before, after : dict
-        (pass name, view name) -> float32 array, shape (..., 4): identifiers and coverages in turn; the passes of one
-        kind differ in the two digits at their names' ends.
-    shares : (float, float)
-        Of each picture, 1 together.
+    They are those of `after`: (pass name, view name) -> array, shape (..., 4), of two identifiers and coverages in
+    turn.  Those of one kind differ in the two digits at their names' ends.
     """
     kinds, found = {}, {}
     for name, view in sorted(after):
