@@ -139,7 +139,7 @@ def test_a_scene_composites_another_one(extension, tmp_path, ours):
     assert np.array_equal(pictures[False, False], without(extension, lambda: shot(tmp_path, main)))
 
 
-@pytest.mark.parametrize(("main_is_on", "other_is_on"), itertools.product((False, True), repeat=2))
+@pytest.mark.parametrize(("main_is_on", "other_is_on"), list(itertools.product((False, True), repeat=2)))
 def test_sequencer(extension, tmp_path, ours, main_is_on, other_is_on):
     """A strip of a scene is by that scene's switch, whatever the editing scene's says."""
     main, other = build_scenes()
