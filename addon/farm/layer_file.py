@@ -4,7 +4,7 @@
 import itertools
 import os
 import re
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import NamedTuple
 
 from ..blender import openimageio
@@ -68,7 +68,9 @@ class LayerFile:
     is_sealed : bool
         Whether its digest has told that it is whole.
     changed : int
-        When it was written: it is opened anew for some rows at a time, as thousands are more than a process may open.
+        When it was written.
+    opened : tuple or None
+        As of `openimageio.opened`, whoever replaces the file; None if it is opened anew for some rows at a time.
     """
 
     path: str
@@ -81,10 +83,17 @@ class LayerFile:
     divisors: dict
     is_sealed: bool
     changed: int
+    opened: tuple | None = field(repr=False)
 
     @classmethod
-    def read(cls, path):
+    def read(cls, path, stays_open=True):
         """Open a file and read what it says of itself.
+
+        Parameters
+        ----------
+        path : str
+        stays_open : bool
+            A process may have but some hundred open files; the others must not change.
 
         Raises
         ------
@@ -96,15 +105,15 @@ class LayerFile:
         changed = os.stat(path).st_mtime_ns
         is_sealed = seal.check(path)
         try:
-            return cls._read(path, is_sealed, changed)
+            return cls._read(path, is_sealed, changed, stays_open)
         except UnicodeDecodeError:
             raise seal.refusal(path, "is damaged: there is no text in its header where text should be") from None
         except ValueError as error:
             raise seal.refusal(path, f"is damaged or truncated: {error}") from None
 
     @classmethod
-    def _read(cls, path, is_sealed, changed):
-        image, specs = openimageio.opened(path)
+    def _read(cls, path, is_sealed, changed, stays_open):
+        image, specs = opened = openimageio.opened(path)
         if image.format_name() != "openexr":
             raise seal.refusal(path, "is no OpenEXR picture")
         _check_size(path, specs)
@@ -136,14 +145,15 @@ class LayerFile:
         known["window"] = "{0.x} {0.y} in {0.full_width} x {0.full_height}".format(specs[0])
         known["passes"] = ", ".join(f"{channel.view}:{channel}" for channel in channels)
         size = specs[0].width, specs[0].height
-        return cls(path, known, first, count, samples, size, channels, divisors, is_sealed, changed)
+        opened = opened if stays_open else None
+        return cls(path, known, first, count, samples, size, channels, divisors, is_sealed, changed, opened)
 
     def rows(self, band):
         """Some rows of all channels, float32 (rows, width, channels); raises `Refused` if they are damaged."""
-        if os.stat(self.path).st_mtime_ns != self.changed:
+        if not self.opened and os.stat(self.path).st_mtime_ns != self.changed:
             raise seal.refusal(self.path, "has become another file meanwhile")
         try:
-            return openimageio.rows(*openimageio.opened(self.path), band)
+            return openimageio.rows(*(self.opened or openimageio.opened(self.path)), band)
         except ValueError as error:
             raise seal.refusal(self.path, f"is damaged or truncated: {error}") from None
 

@@ -19,6 +19,9 @@ from .layers import PREFIX
 # Facts of the layers' own renders, which say nothing about the merged picture.
 _OF_ONE_RENDER = re.compile(r"Date|RenderTime|cycles\..*time|openexr:chunkCount|oiio:subimages")
 
+# Layers that stay open: a process may have but some hundred files.
+_MOST_OPEN = 64
+
 # Components of a pass of Cryptomatte: two identifiers, each with its coverage.
 _RANKS = ("r", "g", "b", "a")
 
@@ -59,7 +62,8 @@ def merge(files, path, tell=lambda part: None):
     atomic_file.check_writable(path)
     if atomic_file.would_replace(path, *files):
         raise Refused(f"{path} is one of the layers; name another file for the merged picture")
-    layers = sorted((LayerFile.read(file) for file in _told(files, tell, 0.0, 0.5)), key=lambda layer: layer.first)
+    told = enumerate(_told(files, tell, 0.0, 0.5))
+    layers = sorted((LayerFile.read(file, number < _MOST_OPEN) for number, file in told), key=lambda layer: layer.first)
     exact = check_alike(layers)
     check_complete(layers)
     one = layers[0]

