@@ -23,9 +23,9 @@ from ..plan.costs import Costs, Counted
 from ..plan.sample_plan import Plan
 from . import steps
 
-# Seconds of the samples that tell where they take long.  If it is less, a picture takes a second or so, and rates are
-# not worth their calls.
-_TELLING = 0.1
+# Seconds, for each thread, of the samples that tell where they take long.  If it is less, a picture takes a second or
+# so, and rates are not worth their calls.
+_TELLING = 0.05
 
 # Mean samples of a picture whose parts err independently of each other: Cycles' first few do not, as edges show.
 _LEAST_WITH_PARTS = 8
@@ -114,10 +114,11 @@ class Growing:
         self.session, self._goal, self._light, self._denoising = session, goal, light, denoising
         self._since_begun, self._left = elapsed, 0.0
         self.size = session.region.size
-        self.costs = Counted(self.size) if goal.seconds is None else Costs(self.size)
         # The processor's time tells what samples cost even where others use it, too, if they are taken there.
         is_processors = goal.seconds is None and session.scene.cycles.device == "CPU"
         self._clock = time.process_time if is_processors else elapsed
+        self._threads = session.scene.render.threads if is_processors else 1
+        self.costs = Counted(self.size, self._threads) if goal.seconds is None else Costs(self.size)
         self._samples = 0
         self._show_from = 0.0
         self._names = None
@@ -187,12 +188,12 @@ class Growing:
     def weigh(self):
         """Let time tell what samples and calls count for; return whether it tells enough."""
         seconds, calls, samples = self._last
-        if seconds < _TELLING:
+        if seconds < _TELLING * self._threads:
             return False
         count = min(_TRIED, self._goal.length)
         call = max(self._call_seconds(_TRIED, count) - count * _TRIED**2 * seconds / samples, 0.0)
         taken = seconds - calls * call
-        if taken < _TELLING:
+        if taken < _TELLING * self._threads:
             return False
         self.costs.weigh(call, taken / samples, (self.mean == self.half).all(axis=2))
         return True

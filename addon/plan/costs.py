@@ -17,8 +17,9 @@ _IDLE = 0.1
 # on two processors.
 _AT_ONCE = 0.93
 
-# How many samples of a pixel a call takes as long as, at least: on two processors, if they are quick ones.
-_CALL = 1000
+# How many samples of a pixel a call takes as long as, at least: of two threads, if they are quick ones.  Of more it
+# takes the longer, since they all wait for what a call does beside its samples.
+_CALL, _THREADS = 1000, 2
 
 
 class Counted:
@@ -26,7 +27,12 @@ class Counted:
 
     Time is asked but once, before samples are spread (`weigh`): where samples take longer, each counts for more; and on
     many processors or a graphics card, where samples take little time, calls count for more of them.  Parameters and
-    attributes are those of `Costs`, and one more:
+    attributes are those of `Costs`, and:
+
+    Parameters
+    ----------
+    threads : int
+        That samples are taken by, and whose times are added.
 
     Attributes
     ----------
@@ -34,8 +40,9 @@ class Counted:
         What a sample costs of those that Cycles takes at once for the whole picture, over what it costs here.
     """
 
-    def __init__(self, size):
-        self.call, self.at_once = _CALL, 1.0
+    def __init__(self, size, threads=_THREADS):
+        self._least_call = self.call = _CALL * max(threads / _THREADS, 1.0)
+        self.at_once = 1.0
         self.pixels = np.ones(size[::-1])
         self._learned = []
 
@@ -55,7 +62,7 @@ class Counted:
         idle : bool array, shape (height, width)
             Where samples do not differ from each other, as those of a background, which take next to no time.
         """
-        self.call = _CALL * 4 ** max(round(np.log(max(call / sample, 1.0) / _CALL) / np.log(4.0)), 0)
+        self.call = self._least_call * 4 ** max(round(np.log(max(call / sample, 1.0) / _CALL) / np.log(4.0)), 0)
         for part, count, seconds in self._learned:
             weights = np.where(idle[part], _IDLE, 1.0)
             taken = max(seconds - call, _LEAST_PART * seconds) / count

@@ -165,6 +165,16 @@ def test_samples_that_take_long_are_fewer():
         assert (picture.counts * speeds).sum() == pytest.approx(as_many * speeds.sum(), rel=near)
 
 
+@pytest.mark.parametrize("call", [1e-6, 1.0], ids=["quick calls", "slow calls"])
+def test_of_more_threads_a_call_takes_as_long_as_more_samples(call):
+    """All of them wait for what one does."""
+    few, many = Counted(SIZE), Counted(SIZE, 32)
+    for costs in (few, many):
+        costs.weigh(call, SAMPLE, np.zeros((HEIGHT, WIDTH), bool))
+    assert many.call == 16 * few.call
+    assert few.call >= call / SAMPLE / 2
+
+
 @pytest.mark.parametrize("goal", [Goal(1024, threshold=0.0), Goal(24, threshold=1e-6), Goal(20, threshold=0.0)])
 def test_no_pixel_takes_more_than_the_most(goal):
     assert (rendered(goal, 0).counts == goal.samples).all()
