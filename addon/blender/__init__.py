@@ -1,15 +1,4 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """What the extension needs of Blender itself."""
 
-__all__ = [
-    "display",
-    "evaluated",
-    "failure",
-    "interruption",
-    "main_thread",
-    "openimageio",
-    "progress",
-    "refusal",
-    "region",
-    "timeline",
-]
+__all__ = ["evaluated", "main_thread", "openimageio", "progress", "refusal", "region"]

@@ -54,6 +54,11 @@ class Overwritten:
                 is_array = isinstance(value, bpy.types.bpy_prop_array)
                 previous[name] = value.copy() if hasattr(value, "copy") else value[:] if is_array else value
 
+    def move(self, obj, matrix):
+        """Put an evaluated object elsewhere; with the matrix Blender writes what it is made of."""
+        self.keep(obj, "location", "rotation_euler", "rotation_quaternion", "rotation_axis_angle", "scale")
+        self.set(obj, matrix_world=matrix)
+
     def put_back(self):
         """Make everything what it was."""
         while self._previous:

@@ -17,34 +17,32 @@ class Progress:
 
     Attributes
     ----------
-    done : int
-        Calls so far.
     line : str
         What to show beside the picture so far.
     """
 
     def __init__(self, engine, count, then=""):
-        self.done, self.line = 0, ""
+        self._done, self.line = 0, ""
         self._engine, self._count, self._then = engine, count, then
         self._shown = self._loaded = time.monotonic()
 
     def step(self):
         """Another one is done."""
-        self.done += 1
+        self._done += 1
         now = time.monotonic()
-        self.line = f"Sub-Frame {self.done}/{self._count}"
-        if self.done == 1:
+        self.line = f"Sub-Frame {self._done}/{self._count}"
+        if self._done == 1:
             self._loaded = now  # the first one also loads Cycles' kernels
-        elif self.done < self._count:
-            pace = (now - self._loaded) / (self.done - 1)
-            self.line += f", about {duration((self._count - self.done) * pace)} left"
+        elif self._done < self._count:
+            pace = (now - self._loaded) / (self._done - 1)
+            self.line += f", about {duration((self._count - self._done) * pace)} left"
             self.line += f", then {self._then}" if self._then else ""
         self.tell()
         self._engine.update_stats("", self.line)
 
     def tell(self):
         """Tell how much of all calls is done, in whose place Cycles tells of its own one only."""
-        self._engine.update_progress(self.done / self._count)
+        self._engine.update_progress(self._done / self._count)
 
     def is_due(self):
         """Whether it is time to show the picture so far, which this is taken for."""

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The two ways in which a render ends early."""
+"""The two ways in which a render, or what is made for one, ends early."""
 
 
 class Refused(Exception):
@@ -7,4 +7,4 @@ class Refused(Exception):
 
 
 class Cancelled(Exception):
-    """The user pressed Esc."""
+    """The user pressed Esc, or stopped what was made in the background."""

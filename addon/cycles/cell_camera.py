@@ -21,19 +21,19 @@ _BY_RANGE = {"CENTRAL_CYLINDRICAL"}
 _BY_SENSOR_IF_SQUARE = {"FISHEYE_EQUIDISTANT"}
 
 
-def check(scene, made):
+def check(scene, camera):
     """Raise `Refused` if sub-frames cannot be seen through this camera object (or None) of the scene."""
-    osl_camera.check_is_camera(made)
-    data = made.data
+    osl_camera.check_is_camera(camera)
+    data = camera.data
     if data.type == "CUSTOM":
         raise Refused(
-            f'Camera "{made.name}" is custom (OSL), of which sub-frames cannot take single pixels; '
+            f'Camera "{camera.name}" is custom (OSL), of which sub-frames cannot take single pixels; '
             "use another lens type, or set Method to In Place"
         )
     if not _can_be_enlarged(data, Region.of_render(scene.render), scene.render) and not with_osl():
         kind = data.bl_rna.properties["panorama_type"].enum_items[data.panorama_type].name
         raise Refused(
-            f'Camera "{made.name}" is panoramic ({kind}), which sub-frames give by Open Shading Language only; '
+            f'Camera "{camera.name}" is panoramic ({kind}), which sub-frames give by Open Shading Language only; '
             "use another camera, or set Method to In Place"
         )
 
@@ -41,27 +41,25 @@ def check(scene, made):
 def cameras(engine, scene):
     """The evaluated camera objects that a picture of this evaluated scene is seen through; `Refused` as `check`."""
     found = []
-    for view in [view.name for view in scene.render.views if view.use and scene.render.use_multiview] or [""]:
-        engine.active_view_set(view)
-        made = engine.camera_override
-        check(scene, made)
-        if made not in found:
-            if any(made.data == other.data for other in found):
+    for _, camera in osl_camera.cameras(engine, scene):
+        check(scene, camera)
+        if camera not in found:
+            if any(camera.data == other.data for other in found):
                 raise Refused(
-                    f'Cameras that share the data "{made.data.name}" cannot be rendered together by sub-frames; '
+                    f'Cameras that share the data "{camera.data.name}" cannot be rendered together by sub-frames; '
                     "make it a single user, or set Method to Gather"
                 )
-            found.append(made)
+            found.append(camera)
     return found
 
 
-def aim(written, made, render, region, side, first, lens_numbers=None):
+def aim(written, camera, render, region, side, first, lens_numbers=None):
     """Make an evaluated camera object that of a cell.
 
     Parameters
     ----------
     written : Overwritten
-    made : bpy.types.Object
+    camera : bpy.types.Object
     render : bpy.types.RenderSettings
     region : Region
     side : int
@@ -71,7 +69,7 @@ def aim(written, made, render, region, side, first, lens_numbers=None):
     lens_numbers : float array, shape (2,), optional
         The lens point, as numbers in [0, 1); Cycles' own lens by default.
     """
-    data, frame = made.data, np.array(region.frame)
+    data, frame = camera.data, np.array(region.frame)
     # Shift counts in widths (or heights) of the sensor, but of the frame in a panorama.
     span = np.ones(2)
     if data.type != "PANO":
@@ -80,8 +78,8 @@ def aim(written, made, render, region, side, first, lens_numbers=None):
     # Raster position p shows the film position first + side * (p - raster).
     raster = np.add(region.corner, 0.5)
     shift = (data.shift_x, data.shift_y) + span * ((first + side * (0.5 * frame - raster)) / frame - 0.5)
-    if lens_numbers is not None and _stops_down(made, render):
-        shift = shift - _stop_down(written, made, lens_numbers)
+    if lens_numbers is not None and _stops_down(camera, render):
+        shift = shift - _stop_down(written, camera, lens_numbers)
     if _can_be_enlarged(data, region, render):
         _enlarge(written, data, side)
     elif side > 1:
@@ -89,22 +87,22 @@ def aim(written, made, render, region, side, first, lens_numbers=None):
     written.set(data, shift_x=shift[0] / side, shift_y=shift[1] / side)
 
 
-def _stops_down(made, render):
+def _stops_down(camera, render):
     """Whether the lens is open, and a pinhole at one of its points sees what that point does.
 
     Otherwise Cycles' own lens stays: all pixels of a sub-frame draw the same point there, too, that of the sequence.
     """
-    dof, stereo = made.data.dof, made.data.stereo
+    dof, stereo = camera.data.dof, camera.data.stereo
     # Blender turns eyes that toe in where they stand.
     is_turned = render.use_multiview and render.views_format == "STEREO_3D" and stereo.convergence_mode == "TOE"
-    return dof.use_dof and made.data.type != "PANO" and not is_turned and _focus_distance(made) > 0.0
+    return dof.use_dof and camera.data.type != "PANO" and not is_turned and _focus_distance(camera) > 0.0
 
 
-def _stop_down(written, made, lens_numbers):
+def _stop_down(written, camera, lens_numbers):
     """Close the lens but for one point; return by how much to move the film, in the units of shift."""
-    data, distance = made.data, _focus_distance(made)
+    data, distance = camera.data, _focus_distance(camera)
     point = np.append(camera_film.lens_radius(data) * exposure.lens_points(lens_numbers, data.dof), 0.0)
-    matrix = made.matrix_world.copy()
+    matrix = camera.matrix_world.copy()
     axes = np.array(matrix.normalized().to_3x3())
     if data.type == "ORTHO":
         # All rays run along one tilted axis, from a film that stays as it was; the near clip is upright, too.
@@ -120,8 +118,7 @@ def _stop_down(written, made, lens_numbers):
         shift = point[:2] / distance * data.lens / camera_film.sensor(data)
     for row in range(3):
         matrix[row][3] += axes[row] @ moved
-    written.keep(made, "location", "rotation_euler", "rotation_quaternion", "rotation_axis_angle", "scale")
-    written.set(made, matrix_world=matrix)
+    written.move(camera, matrix)
     written.set(data.dof, use_dof=False)
     return shift
 
@@ -151,13 +148,13 @@ def _enlarge(written, data, side):
             written.set(data, **dict(zip(names, (middle - half, middle + half), strict=True)))
 
 
-def _focus_distance(made):
+def _focus_distance(camera):
     """Distance of the plane in focus along the camera's axis, as `blender_camera_focal_distance()`."""
-    dof = made.data.dof
+    dof = camera.data.dof
     target = dof.focus_object
     if target is None:
         return dof.focus_distance
     place = target.matrix_world
     if target.pose and dof.focus_subtarget in target.pose.bones:
         place = place @ target.pose.bones[dof.focus_subtarget].matrix
-    return abs(made.matrix_world.normalized().col[2].xyz.dot(made.matrix_world.translation - place.translation))
+    return abs(camera.matrix_world.normalized().col[2].xyz.dot(camera.matrix_world.translation - place.translation))

@@ -46,7 +46,7 @@ def check(scene, layer):
     """Raise `Refused` if denoising is wanted and cannot be done here."""
     if wanted(scene, layer):
         # Cycles would read a catcher's shadow and alpha from the Combined that it leaves empty for the noisy one.
-        if any(made.is_shadow_catcher and made.type != "LIGHT" for made in bpy.data.objects):
+        if any(obj.is_shadow_catcher and obj.type != "LIGHT" for obj in bpy.data.objects):
             raise Refused("A picture with a shadow catcher can only be denoised by Cycles itself")
         try:
             openimageio.load()

@@ -105,6 +105,16 @@ class View(NamedTuple):
         return np.linalg.norm(local, axis=1) if self.is_panoramic else -local[:, 2]
 
 
+def cameras(engine, scene):
+    """Yield the name of each view of an evaluated scene, empty without multi-view, and the camera object it is seen by.
+
+    That view is the engine's active one meanwhile.
+    """
+    for name in [view.name for view in scene.render.views if view.use and scene.render.use_multiview] or [""]:
+        engine.active_view_set(name)
+        yield name, engine.camera_override
+
+
 def views(engine, scene):
     """What will be rendered through, with the evaluated scene's cameras still as they are.
 
@@ -124,11 +134,8 @@ def views(engine, scene):
     Refused
         A plan cannot drive one of the cameras.
     """
-    names = [view.name for view in scene.render.views if view.use and scene.render.use_multiview]
     found = {}
-    for name in names or [""]:
-        engine.active_view_set(name)
-        camera = engine.camera_override
+    for name, camera in cameras(engine, scene):
         check(scene, camera)
         is_panoramic = camera.data.type == "PANO"
         spherical = is_panoramic and camera.data.stereo.use_spherical_stereo

@@ -51,8 +51,16 @@ NOISY = "Noisy Image"
 
 
 def divisor(name):
-    """Name of the pass of the colour that Cycles divides this pass of light by; None if it does not."""
-    return _DIVIDED.get(name)
+    """Name of the pass of the colour by which Cycles divides a pass of the kind DIVIDED."""
+    return _DIVIDED[name]
+
+
+def divisor_of(key, passes, kinds):
+    """Key of the pass that Cycles has divided one of some passes by, if it was rendered; of `kinds` by name."""
+    if kinds[key[0]] is not Kind.DIVIDED:
+        return None
+    found = divisor(key[0]), key[1]
+    return found if found in passes and passes[found].shape == passes[key].shape else None
 
 
 def is_radiance(name):

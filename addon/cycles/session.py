@@ -7,8 +7,6 @@ millisecond.  Only the render border is read one call late, since Cycles takes t
 as it was last synchronised (`BlenderSession::render`, `BlenderSync::get_buffer_params`).
 """
 
-from typing import NamedTuple
-
 import _cycles
 import bpy
 from cycles import engine as cycles
@@ -17,31 +15,13 @@ from ..blender import main_thread, timeline
 from ..blender.evaluated import Overwritten, render_settings
 from ..blender.region import Rectangle, Region
 from . import passes
+from .shot import Shot
 
 # A rectangle that costs next to nothing.
 _PIXEL = Rectangle(0, 0, 1, 1)
 
 #: Cycles renders larger pictures in tiles whatever its settings say (`TileManager::MAX_TILE_SIZE`).
 LARGEST = 8192
-
-
-class Shot(NamedTuple):
-    """What Cycles is asked for in one call.
-
-    Attributes
-    ----------
-    rectangle : Rectangle
-        Of the region.
-    length : int
-        Of the sequence; Cycles heeds a change only upwards (`Session::update_scene`).
-    first, count : int
-        First sample of the sequence, and how many.
-    """
-
-    rectangle: Rectangle
-    length: int
-    first: int
-    count: int
 
 
 class Session:

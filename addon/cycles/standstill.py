@@ -24,16 +24,16 @@ class Standstill:
     def __init__(self, depsgraph):
         self._depsgraph = depsgraph
         self._placed, self._shaped, self._cameras = [], [], []
-        for made in depsgraph.objects:
-            moves = made.cycles.use_motion_blur
-            if moves and made.cycles.use_deform_motion:
+        for obj in depsgraph.objects:
+            moves = obj.cycles.use_motion_blur
+            if moves and obj.cycles.use_deform_motion:
                 continue
             if not moves:
-                self._placed.append((made.original, made.matrix_world.copy()))
-            if made.type == "MESH":
-                self._shaped.append((made.original, _vertices(made.data)))
-            elif made.type == "CAMERA" and not moves:
-                self._cameras.append((made.original, values(made.data)))
+                self._placed.append((obj.original, obj.matrix_world.copy()))
+            if obj.type == "MESH":
+                self._shaped.append((obj.original, _vertices(obj.data)))
+            elif obj.type == "CAMERA" and not moves:
+                self._cameras.append((obj.original, values(obj.data)))
 
     def hold(self, written):
         """Make them, in the evaluated scene of another moment, what they were, by an `Overwritten`."""
@@ -45,10 +45,9 @@ class Standstill:
                 mesh.vertices.foreach_set("co", vertices)
                 mesh.update()
         for original, matrix in self._placed:
-            made = original.evaluated_get(self._depsgraph)
-            if made.matrix_world != matrix:
-                written.keep(made, "location", "rotation_euler", "rotation_quaternion", "rotation_axis_angle", "scale")
-                written.set(made, matrix_world=matrix)
+            obj = original.evaluated_get(self._depsgraph)
+            if obj.matrix_world != matrix:
+                written.move(obj, matrix)
         for original, before in self._cameras:
             data = original.evaluated_get(self._depsgraph).data
             written.set(data, **{name: value for name, value in before.items() if getattr(data, name) != value})

@@ -7,18 +7,7 @@ from ..cycles import session as cycles_session
 from ..farm import layers
 from . import choice, frame, gather, in_place, rounds, steps, sub_frames
 
-__all__ = [
-    "choice",
-    "frame",
-    "gather",
-    "in_place",
-    "pattern_cells",
-    "render",
-    "rounds",
-    "shots",
-    "steps",
-    "sub_frames",
-]
+__all__ = ["choice", "frame", "gather", "render", "rounds", "shots", "steps"]
 
 _METHODS = {"IN_PLACE": in_place, "GATHER": gather, "ROUNDS": rounds, "SUB_FRAMES": sub_frames}
 

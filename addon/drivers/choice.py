@@ -41,10 +41,10 @@ def of_layer(scene, layer, use, scene_messages):
     scene_messages : callable
         Why what is seen cannot be rendered by Gather (`custom_camera.messages`); asked only where that matters.
     """
-    chosen = _chosen(scene, layer, use, scene_messages)
-    if chosen.method == "CYCLES":
-        return chosen
-    return replace(chosen, differences=tuple(_differences(chosen.method, scene, layer)))
+    found = _method(scene, layer, use, scene_messages)
+    if found.method == "CYCLES":
+        return found
+    return replace(found, differences=tuple(_differences(found.method, scene, layer)))
 
 
 def _differences(method, scene, layer):
@@ -60,7 +60,7 @@ def _differences(method, scene, layer):
         yield "Tile Size does not apply: memory is taken for all of the frame at once"
 
 
-def _chosen(scene, layer, use, scene_messages):
+def _method(scene, layer, use, scene_messages):
     """As `of_layer`, but for the differences of our own methods."""
     settings, sampling = scene.spectral_tiles, Sampling.of_layer(scene, layer)
     if settings.method == "SUB_FRAMES":

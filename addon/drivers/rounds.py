@@ -15,7 +15,8 @@ import numpy as np
 from ..blender.display import Picture
 from ..blender.region import Rectangle, Region
 from ..cycles import denoiser, passes, sampling
-from ..cycles.session import LARGEST, Shot
+from ..cycles.session import LARGEST
+from ..cycles.shot import Shot
 from ..farm import layers
 from ..picture.accumulation import Accumulation
 from ..plan import rounds
@@ -216,10 +217,9 @@ class Growing:
 
     def shoot(self, shots):
         """Render shots; return whether more may follow."""
-        asked = [Shot(Rectangle(*rectangle), *samples) for rectangle, *samples in shots]
-        whole = self._whole(asked)
+        whole = self._whole(shots)
         begun = first = self._clock()
-        for shot, found in zip(asked, self.session.call_rectangles(asked, self._names), strict=True):
+        for shot, found in zip(shots, self.session.call_rectangles(shots, self._names), strict=True):
             if self.session.engine.test_break():
                 return False
             part = shot.rectangle.part
@@ -232,16 +232,16 @@ class Growing:
             self.show()
             if not self._may_go_on:
                 return False
-        samples = sum(shot.count * shot.rectangle.width * shot.rectangle.height for shot in asked)
-        self._last = self._clock() - first, len(asked), samples
+        samples = sum(shot.count * shot.rectangle.width * shot.rectangle.height for shot in shots)
+        self._last = self._clock() - first, len(shots), samples
         return True
 
-    def _whole(self, asked):
+    def _whole(self, shots):
         """What the picture will have cost, in the unit of `costs`, as far as that is known: at least these shots."""
         if self._goal.seconds is not None:
             return self._goal.seconds
         known = self._goal.length * self.costs.sample
-        further = sum(shot.count * self.costs.pixels[shot.rectangle.part].sum() for shot in asked)
+        further = sum(shot.count * self.costs.pixels[shot.rectangle.part].sum() for shot in shots)
         return max(known, self._samples + further)
 
     @property

@@ -147,7 +147,7 @@ class Shots:
             written.set(scene.cycles, pixel_filter_type="GAUSSIAN", filter_width=PINNED)
         middle = np.add(region.corner, 0.5) + first + offset
         lens_numbers = self._lens(shot) if self._lens else None
-        for made in cell_camera.cameras(self.session.engine, scene):
-            cell_camera.aim(written, made, scene.render, region, side, middle, lens_numbers)
+        for camera in cell_camera.cameras(self.session.engine, scene):
+            cell_camera.aim(written, camera, scene.render, region, side, middle, lens_numbers)
         size = (-(-length // side) for length in region.size)
         written.set(render_settings(self.session.engine), **region.border(Rectangle(0, 0, *size)))

@@ -1,9 +1,4 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Layers of a frame and their merge."""
 
-__all__ = [
-    "layer_file",
-    "layers",
-    "merge",
-    "seal",
-]
+__all__ = ["layers", "merge", "seal"]

@@ -3,19 +3,7 @@
 
 from . import command_line, forecast, panel, pattern_icons, pattern_making, presets, slot_comparison
 
-__all__ = [
-    "arguments",
-    "command_line",
-    "comparison",
-    "farm_progress",
-    "forecast",
-    "panel",
-    "pattern_icons",
-    "pattern_making",
-    "picture_files",
-    "presets",
-    "slot_comparison",
-]
+__all__ = ["command_line", "comparison", "forecast", "panel", "pattern_icons", "pattern_making", "picture_files"]
 
 #: Those that Blender is to know, in order.
 REGISTERED = (forecast, pattern_icons, presets, pattern_making, slot_comparison, panel, command_line)

@@ -7,15 +7,12 @@ import bpy
 from bpy.props import EnumProperty, IntProperty, StringProperty
 from bpy_extras.io_utils import ExportHelper
 
+from ..blender.refusal import Cancelled
 from ..cycles.scene_analysis import scene_use
 from ..plan.patterns import generator
 
 # Dimensions of a tile for a scene that uses none yet.
 _ALL = ("t", "lens.u", "lens.v", "light.u", "light.v")
-
-
-class _Cancelled(Exception):
-    """The user stopped the generator."""
 
 
 class Job(threading.Thread):
@@ -42,14 +39,14 @@ class Job(threading.Thread):
     def run(self):
         try:
             generator.save_tile(generator.make_tile(**self._parameters, progress=self._report), self._path)
-        except _Cancelled:
+        except Cancelled:
             pass
         except (ValueError, OSError) as error:
             self.error = str(error)
 
     def _report(self, done, total):
         if self.cancelled:
-            raise _Cancelled
+            raise Cancelled
         self.fraction = done / total
 
 

@@ -3,7 +3,7 @@
 
 import numpy as np
 
-from ..cycles.passes import GUIDES, Kind, divisor
+from ..cycles.passes import GUIDES, Kind, divisor_of
 from ..plan.rates import visible_variance
 from . import cryptomatte
 from .picture import Picture
@@ -58,23 +58,23 @@ class Accumulation:
             self.half[part] = self._light_sums[part] / self.counts[part]
             self._held[part] = first
             self._guides_error[part] = self._error_of_guides(part, passes, first, count)
+        ranked = {}
         for key, pixels in passes.items():
             if key not in self._sums:
                 self._sums[key] = np.zeros((*self.size[::-1], pixels.shape[2]), np.float32)
-            kind = self.kinds[key[0]]
-            if self._is_ranked(key, pixels):
-                continue
-            if kind in {Kind.FIRST_SAMPLE, Kind.CRYPTOMATTE}:
+            sums, kind = self._sums[key], self.kinds[key[0]]
+            if cryptomatte.is_ranked(kind, pixels):
+                ranked[key] = pixels
+            elif kind in {Kind.FIRST_SAMPLE, Kind.CRYPTOMATTE}:
                 if first == 0:
-                    self._sums[key][part] = pixels
-                continue
-            if first == 0:
-                self._sums[key][part] = 0.0
-            by = self._divisor(key, passes)
-            light = pixels * passes[by] if by else pixels
-            with np.errstate(over="ignore"):  # Cycles' depth of nothing is the largest number
-                self._sums[key][part] += np.float32(count) * light
-        ranked = {key: pixels for key, pixels in passes.items() if self._is_ranked(key, pixels)}
+                    sums[part] = pixels
+            else:
+                if first == 0:
+                    sums[part] = 0.0
+                by = divisor_of(key, passes, self.kinds)
+                light = pixels * passes[by] if by else pixels
+                with np.errstate(over="ignore"):  # Cycles' depth of nothing is the largest number
+                    sums[part] += np.float32(count) * light
         if first > 0:
             before = {key: self._sums[key][part] for key in ranked}
             ranked = cryptomatte.mixed(before, ranked, np.array((first, count)) / (first + count))
@@ -88,15 +88,6 @@ class Accumulation:
         guides = [key for key in passes if key[0] in GUIDES]
         squares = sum(np.square(self._sums[key][part] / before - passes[key]).sum(2, keepdims=True) for key in guides)
         return squares * before * count / (before + count) / (first + count)
-
-    def _is_ranked(self, key, pixels):
-        """Whether a pass is two ranks of Cryptomatte; an AOV of one value may bear the name of such."""
-        return self.kinds[key[0]] is Kind.CRYPTOMATTE and pixels.shape[2] == 4
-
-    def _divisor(self, key, passes):
-        """Key of the pass of the colour that Cycles has divided this one by, if it was rendered."""
-        found = (divisor(key[0]), key[1]) if self.kinds[key[0]] is Kind.DIVIDED else None
-        return found if found in passes and passes[found].shape == passes[key].shape else None
 
     @property
     def _light_sums(self):
@@ -141,7 +132,7 @@ class Accumulation:
         parts, errors = (self.parts, self.errors) if has_parts else (None, None)
         # Those that are divided by a colour come first: both are sums over the same samples.
         for key, sums in self._sums.items():
-            if by := self._divisor(key, self._sums):
+            if by := divisor_of(key, self._sums, self.kinds):
                 colour = self._sums[by]
                 np.divide(sums, colour, out=sums, where=colour != 0.0)
                 sums[colour == 0.0] = 0.0
@@ -149,7 +140,7 @@ class Accumulation:
             kind = self.kinds[key[0]]
             if kind is Kind.SAMPLE_COUNT:
                 sums[...] = self.counts / self.counts.max()
-            elif kind not in {Kind.FIRST_SAMPLE, Kind.CRYPTOMATTE} and not self._divisor(key, self._sums):
+            elif kind not in {Kind.FIRST_SAMPLE, Kind.CRYPTOMATTE} and not divisor_of(key, self._sums, self.kinds):
                 sums /= self.counts
         passes = {key: pixels.reshape(-1, pixels.shape[2]) for key, pixels in self._sums.items()}
         return Picture(passes, self.kinds, self.size, parts, errors)

@@ -3,6 +3,13 @@
 
 import numpy as np
 
+from ..cycles.passes import Kind
+
+
+def is_ranked(kind, pixels):
+    """Whether a pass of this kind is two ranks of Cryptomatte; an AOV of one value may bear the name of such."""
+    return kind is Kind.CRYPTOMATTE and pixels.shape[-1] == 4
+
 
 def mixed(before, after, shares):
     """Passes of Cryptomatte of two pictures together, by their shares, which are 1 together.

@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ..cycles.passes import NOISY, Kind, divisor, is_radiance
+from ..cycles.passes import NOISY, Kind, divisor_of, is_radiance
 from ..plan.sample_plan import scattered
 from . import cryptomatte
 
@@ -40,11 +40,7 @@ class Picture:
 
     def divisor(self, key):
         """Key of the pass that Cycles has divided this one by, if it was rendered."""
-        if self.kinds[key[0]] is not Kind.DIVIDED:
-            return None
-        found = divisor(key[0]), key[1]
-        is_there = found in self.passes and self.passes[found].shape == self.passes[key].shape
-        return found if is_there else None
+        return divisor_of(key, self.passes, self.kinds)
 
     @property
     def light_keys(self):
@@ -137,9 +133,8 @@ def mean_data(before, picture, count):
     share, data = np.float32(1.0 / count), {}
     for key in picture.of_kind(Kind.MEAN, Kind.SAMPLE_COUNT):
         data[key] = before.passes[key] + share * (picture.passes[key] - before.passes[key])
-    # An AOV of one value may bear such a name.
     ranked = {
-        key: picture.passes[key] for key in picture.of_kind(Kind.CRYPTOMATTE) if picture.passes[key].shape[1] == 4
+        key: pixels for key, pixels in picture.passes.items() if cryptomatte.is_ranked(picture.kinds[key[0]], pixels)
     }
     mattes = cryptomatte.mixed(before.passes, ranked, (1.0 - share, share))
     return before.with_passes(data | {key: pixels.astype(np.float32) for key, pixels in mattes.items()})

@@ -17,24 +17,6 @@ from ..cycles.exposure import blackman_harris
 _STRIP = 32
 
 
-def _box(x, half):
-    return np.ones_like(x)
-
-
-def _tent(x, half):
-    return 1.0 - np.abs(x) / half
-
-
-def _gaussian(x, half):
-    # Cut at three standard deviations; Cycles' own Gaussian is twice as wide for the same deviation, most of it zero.
-    return np.exp(-4.5 * (x / half) ** 2)
-
-
-def _lanczos(x, half):
-    # As many lobes as the filter's radius has pixels.
-    return np.sinc(x) * np.sinc(x / half)
-
-
 def _mitchell_netravali(b, c):
     """Mitchell and Netravali, "Reconstruction Filters in Computer Graphics" (1988), equation 8; 4 pixels at width 4."""
 
@@ -47,12 +29,15 @@ def _mitchell_netravali(b, c):
     return weight
 
 
+# Weights at distances x, up to half the filter's width.
 _FILTERS = {
-    "BOX": _box,
-    "TENT": _tent,
-    "GAUSSIAN": _gaussian,
+    "BOX": lambda x, half: np.ones_like(x),
+    "TENT": lambda x, half: 1.0 - np.abs(x) / half,
+    # Cut at three standard deviations; Cycles' own Gaussian is twice as wide for the same deviation, most of it zero.
+    "GAUSSIAN": lambda x, half: np.exp(-4.5 * (x / half) ** 2),
     "BLACKMAN_HARRIS": blackman_harris,
-    "LANCZOS": _lanczos,
+    # As many lobes as the filter's radius has pixels.
+    "LANCZOS": lambda x, half: np.sinc(x) * np.sinc(x / half),
 }
 
 # Full width in pixels that each filter is known by.

@@ -3,7 +3,6 @@
 
 __all__ = [
     "arranged_plan",
-    "arrangement",
     "cell_plan",
     "costs",
     "matching",

@@ -95,18 +95,18 @@ def make(use, region, samples, seed, is_cancelled=lambda: False):
     ------
     Cancelled
     """
-    chosen = tuple(shares(use))
+    sources = tuple(shares(use))
     return remembered(
-        (chosen, samples), region, seed, lambda own_seed: _arrange(chosen, region, samples, own_seed, is_cancelled)
+        (sources, samples), region, seed, lambda own_seed: _arrange(sources, region, samples, own_seed, is_cancelled)
     )
 
 
-def _arrange(chosen, region, samples, seed, is_cancelled):
+def _arrange(sources, region, samples, seed, is_cancelled):
     plan = Plan.in_place(seed, region)
-    if not chosen:
+    if not sources:
         return plan
     planned = min(samples, MOST_PLANNED)
-    weighed = error_modes(chosen, planned, _MODES, _CONSIDERED)
+    weighed = error_modes(sources, planned, _MODES, _CONSIDERED)
 
     def fill(window):
         if is_cancelled():
@@ -128,24 +128,19 @@ def _arrange(chosen, region, samples, seed, is_cancelled):
 
 
 @functools.cache
-def error_modes(chosen, samples, count, considered):
-    """The modes in which pixels differ most.
+def error_modes(sources, samples, count, considered):
+    """The modes in which pixels differ most, as `modes.features` takes them.
 
     Parameters
     ----------
-    chosen : tuple
+    sources : tuple
         Of `shares`.
     samples : int
         Samples of each pixel.
     count, considered : int
         How many modes, of how many that the variance of single samples is blamed on.
-
-    Returns
-    -------
-    dict of tuple to float
-        As `modes.features` takes it.
     """
-    likely = modes.largest(modes.variances(chosen), considered)
+    likely = modes.largest(modes.variances(sources), considered)
     ranks = np.arange(max(_TRIAL // samples, 256), dtype=np.uint32)
     return modes.strongest(likely, numbers(likely, ranks, samples, samples), count)
 

@@ -7,8 +7,8 @@ import numpy as np
 # moment is not believed at once.
 _SURPRISE = 4.0
 
-# What samples take at least of a call's time.
-_LEAST_PART = 0.05
+# What samples take at least of a call's time, where that is asked but once, and where it is measured after each call.
+_LEAST_PART_ONCE, _LEAST_PART = 0.05, 0.01
 
 # What a sample costs where none differs from another, beside others.
 _IDLE = 0.1
@@ -55,17 +55,15 @@ class Counted:
 
         Parameters
         ----------
-        call : float
-            Seconds of a call beside its samples.
-        sample : float
-            Seconds of a sample of a pixel, in the mean.
+        call, sample : float
+            Seconds of a call beside its samples, and of a sample of a pixel in the mean.
         idle : bool array, shape (height, width)
             Where samples do not differ from each other, as those of a background, which take next to no time.
         """
         self.call = self._least_call * 4 ** max(round(np.log(max(call / sample, 1.0) / _CALL) / np.log(4.0)), 0)
         for part, count, seconds in self._learned:
             weights = np.where(idle[part], _IDLE, 1.0)
-            taken = max(seconds - call, _LEAST_PART * seconds) / count
+            taken = max(seconds - call, _LEAST_PART_ONCE * seconds) / count
             self.pixels[part] = taken * weights / weights.sum()
         if not idle.all():
             # More than that is what a call takes for any pixel, however many samples it is for.
@@ -112,7 +110,7 @@ class Costs:
         seconds : float
         """
         known = self.pixels[part]
-        spent = max(seconds - self.call, 0.01 * seconds)
+        spent = max(seconds - self.call, _LEAST_PART * seconds)
         if np.isnan(known).any() and known.size == self.pixels.size:
             self._sample = spent / count
         elif np.isnan(known).any():

@@ -10,9 +10,12 @@ Rates are powers of two times the samples that all pixels have (`Rates`), so tha
 its own Sobol sequence, a net.
 """
 
+import itertools
 from typing import NamedTuple
 
 import numpy as np
+
+from ..blender.region import Rectangle
 
 #: Weights of red, green and blue.
 LUMINANCE = np.array((0.2126, 0.7152, 0.0722), np.float32)
@@ -99,6 +102,13 @@ class Squares:
         rows = np.add.reduceat(pixels, self._y, axis=0, dtype=float)
         return np.add.reduceat(rows, self._x, axis=1)
 
+    def each(self):
+        """The `Rectangle` of every square, row by row."""
+        rows = zip(self._y.tolist(), self._heights.tolist(), strict=True)
+        columns = zip(self._x.tolist(), self._widths.tolist(), strict=True)
+        cells = itertools.product(rows, columns)
+        return [Rectangle(left, bottom, width, height) for (bottom, height), (left, width) in cells]
+
     def rectangles(self, wanted):
         """Few rectangles that cover the wanted squares, and only these.
 
@@ -108,8 +118,7 @@ class Squares:
 
         Returns
         -------
-        list of (int, int, int, int)
-            Left, bottom, width and height in pixels, rows counted as the array's are.
+        list of Rectangle
         """
         edges = np.diff(np.pad(wanted, ((0, 0), (1, 1))).astype(np.int8), axis=1)
         rows, begins = np.nonzero(edges == 1)
@@ -124,7 +133,7 @@ class Squares:
         left, bottom = self._x[begins[first]], self._y[rows[first]]
         right = np.append(self._x, self.size[0])[ends[first]]
         top = np.append(self._y, self.size[1])[rows[first] + heights]
-        return list(zip(*(each.tolist() for each in (left, bottom, right - left, top - bottom)), strict=True))
+        return list(map(Rectangle, *(each.tolist() for each in (left, bottom, right - left, top - bottom))))
 
 
 def around(sums, areas):
@@ -173,7 +182,7 @@ def visible_variance(mean, half):
 def cycles_error(mean, half):
     """The error that Cycles' noise threshold bounds (`kernel/film/adaptive_sampling.h`).
 
-    Parameters and result as of `variance_of_mean`; the difference of mean and half, over the root of the intensity
+    Parameters and result as of `visible_variance`; the difference of mean and half, over the root of the intensity
     where it is below 1, over the intensity elsewhere.
     """
     intensity = np.maximum(mean.sum(axis=2), 0.0)
@@ -207,23 +216,17 @@ def guessed(sums, areas):
 
 
 def levels_in_time(wish, costs, levels, rates, most, seconds):
-    """Levels of each square that fill the time best.
+    """Levels of each square that fill the time best, int array (rows, columns).
 
     Parameters
     ----------
-    wish, costs
-        As of `wishes`.
-    levels : int array, shape (rows, columns)
-        Level of each square.
+    wish, costs, levels : array, shape (rows, columns)
+        Of each square: of `wishes`, seconds of a sample of all its pixels, and the level so far.
     rates : Rates
     most : int, or int array of that shape
         Level at most.
     seconds : float
         What the further samples may take.
-
-    Returns
-    -------
-    int array, shape (rows, columns)
     """
 
     def wanted(shift):

@@ -12,10 +12,11 @@ the first samples cost is little beside.
 """
 
 from dataclasses import dataclass
-from typing import NamedTuple
 
 import numpy as np
 
+from ..blender.region import Rectangle
+from ..cycles.shot import Shot
 from . import rates
 from .rates import Rates, Squares
 
@@ -58,25 +59,6 @@ _CAUTION = 0.75
 _PLANS = 3
 
 
-class Shot(NamedTuple):
-    """Samples of a rectangle of the picture.
-
-    Attributes
-    ----------
-    rectangle : (int, int, int, int)
-        Left, bottom, width and height in pixels.
-    length : int
-        Of each pixel's sequence.
-    first, count : int
-        First sample of the sequence, and how many.  If the first is 0 they are in place of those that there were.
-    """
-
-    rectangle: tuple[int, int, int, int]
-    length: int
-    first: int
-    count: int
-
-
 @dataclass(frozen=True)
 class Goal:
     """When a picture is finished.
@@ -106,9 +88,9 @@ class Goal:
     @property
     def length(self):
         """Samples of a pixel up to which it goes on with its first ones."""
-        if self.seconds is not None:
+        if self.threshold is None or self.seconds is not None:
             return self.samples
-        return self.samples if self.threshold is None else min(self.samples, max(_FIRST_LENGTH, self._usual_base))
+        return min(self.samples, max(_FIRST_LENGTH, self._usual_base))
 
     @property
     def most(self):
@@ -168,21 +150,13 @@ def opening(goal, base, size, costs):
     """
     half = max(base // 2, goal.first)
     if half > goal.first:
-        yield [Shot((0, 0, *size), goal.length, goal.first, half - goal.first)]
+        yield [Shot(Rectangle(0, 0, *size), goal.length, goal.first, half - goal.first)]
     if base <= half:
         return
     whole = goal.length * costs.sample if goal.seconds is None else goal.seconds
     number = np.clip(_SURVEY * whole / costs.call, 1, _MOST_TILES)
     squares = Squares(size, _power_of_two_from(int(np.sqrt(size[0] * size[1] / number))))
-    cells = np.ndindex(squares.areas.shape)
-    rectangles = (squares.rectangles(_only(squares.areas.shape, cell))[0] for cell in cells)
-    yield [Shot(rectangle, goal.length, half, base - half) for rectangle in rectangles]
-
-
-def _only(shape, cell):
-    flags = np.zeros(shape, bool)
-    flags[cell] = True
-    return flags
+    yield [Shot(rectangle, goal.length, half, base - half) for rectangle in squares.each()]
 
 
 def rounds(goal, base, seen, costs, elapsed):
@@ -195,7 +169,7 @@ def rounds(goal, base, seen, costs, elapsed):
         Samples that all pixels have, of `Goal.base`.
     seen : object
         The picture so far: `size`, and `mean` and `half` as of `rates`.
-    costs : Costs
+    costs : Costs or Counted
         Renewed when shots have been rendered.
     elapsed : callable
         What the picture has cost so far, in the unit of `costs`: seconds if time is limited, else samples.
@@ -203,7 +177,8 @@ def rounds(goal, base, seen, costs, elapsed):
     Yields
     ------
     list of Shot
-        One round; the picture is complete after each shot.
+        One round; the picture is complete after each shot.  A shot whose first sample is 0 takes the place of the
+        samples that there were.
     """
     if base < max(FEWEST, min(goal.least, goal.samples)):
         yield from evenly(goal, base, goal.samples, seen.size, costs, elapsed)
@@ -261,7 +236,7 @@ def evenly(goal, count, mean, size, costs, elapsed):
         further = min(mean - count, affordable)
         if further < 1:
             return
-        yield [Shot((0, 0, *size), max(goal.length, mean), count, further)]
+        yield [Shot(Rectangle(0, 0, *size), max(goal.length, mean), count, further)]
         count += further
 
 
