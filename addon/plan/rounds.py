@@ -73,12 +73,14 @@ class Goal:
         Samples that every pixel takes at least.
     seconds : float or None
         What the whole picture may take.
+    aim : rates.Aim
     """
 
     samples: int
     threshold: float | None = None
     least: int = 0
     seconds: float | None = None
+    aim: rates.Aim = rates.NOISY
 
     @property
     def is_mean(self):
@@ -191,7 +193,7 @@ def rounds(goal, base, seen, costs, elapsed):
     if goal.seconds is not None:
         end = goal.seconds if goal.threshold is None else min(goal.seconds, end)
     steps = Rates(base, goal.length, goal.most)
-    chosen = _chosen_squares(steps, variance, seen.size, costs, end - elapsed())
+    chosen = _chosen_squares(steps, variance, seen.size, costs, end - elapsed(), goal.aim)
     if chosen is None:
         yield from evenly(goal, base, round(needed), seen.size, costs, elapsed)
         return
@@ -240,18 +242,19 @@ def evenly(goal, count, mean, size, costs, elapsed):
         count += further
 
 
-def _chosen_squares(steps, variance, size, costs, seconds):
+def _chosen_squares(steps, variance, size, costs, seconds, aim):
     """Squares, wishes and levels of the side that promises most; None if the same samples everywhere do as well."""
     even = min(steps.base + seconds / costs.sample, steps.most)
     least, chosen = 1.0, None
     for squares in _sides(size):
         prices = squares.sums(costs.pixels)
-        wish = rates.wishes(variance, squares)
+        wish = rates.wishes(variance, squares, aim)
         levels = np.zeros(squares.areas.shape, int)
         wanted = _planned(squares, wish, prices, levels, steps, steps.top, seconds, costs)
         sums = squares.sums(variance)
-        judging = np.minimum(sums, _MOST_SAY * squares.areas * rates.guessed(sums, squares.areas))
-        ratio = (judging / steps.samples(wanted)).sum() * even / max(judging.sum(), 1e-30)
+        judging = np.minimum(sums / squares.areas, _MOST_SAY * rates.guessed(sums, squares.areas))
+        errors = [(squares.areas * (judging / samples) ** aim.error).sum() for samples in (steps.samples(wanted), even)]
+        ratio = errors[0] / max(errors[1], 1e-30)
         if ratio < least:
             least, chosen = ratio, (squares, wish, wanted)
     return chosen
