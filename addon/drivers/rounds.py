@@ -21,7 +21,6 @@ from ..farm import layers
 from ..picture.accumulation import Accumulation
 from ..plan import rounds
 from ..plan.costs import Costs, Counted
-from ..plan.rates import DENOISED, NOISY
 from ..plan.sample_plan import Plan
 from . import steps
 
@@ -59,8 +58,8 @@ def render(session, frame):
     plan = Plan.in_place(sampled.frame_seed, frame.region)
     passes.add_divisors(engine, session.layer)
     steps.add_guides(session, frame)
-    aim = DENOISED if frame.denoise else NOISY
-    goal = rounds.Goal(sampled.samples, sampled.threshold, sampled.least, sampled.time_limit or None, aim)
+    rise = rounds.DENOISED if frame.denoise else rounds.NOISY
+    goal = rounds.Goal(sampled.samples, sampled.threshold, sampled.least, sampled.time_limit or None, rise)
     # What is to be denoised comes under another name, and Combined stays empty until then.
     light = passes.NOISY if frame.denoise else "Combined"
     denoising = functools.partial(steps.denoising_seconds, session, frame) if frame.denoise else None

@@ -26,35 +26,16 @@ BRIGHTEST = 4.0
 #: Luminance below which noise is hardly seen.
 DARKEST = 0.01
 
+# Samples grow with this power of the variance.  One half leaves the least mean square error if that falls like 1 / n
+# and the variance is known; it falls faster in most scenes, and is guessed.  Where samples take longer there should be
+# fewer, but that is where the error falls slowly, too: on real files both even out.
+_POWER = 0.4
+
 # Share of the picture's mean variance that every square is credited with: its neighbours may be silent by chance.
 _DOUBT = 0.01
 
 # Halvings of an interval of some 64 doublings, down to a hundredth of one.
 _HALVINGS = 12
-
-
-class Aim(NamedTuple):
-    """Which error of a picture is to be small.
-
-    Attributes
-    ----------
-    rise : float
-        Power of the variance that the samples of a square grow with.
-    error : float
-        Power of the variance of its mean that a square's error grows with.
-    """
-
-    rise: float
-    error: float
-
-
-#: The square error of a picture as it is.  A rise of one half leaves the least if the error falls like 1 / n and the
-#: variance is known; it falls faster in most scenes, and is guessed.  Where samples take longer there should be fewer,
-#: but that is where the error falls slowly, too: on real files both even out.
-NOISY = Aim(0.4, 1.0)
-
-#: That of a denoised one: little noise is taken away wholly, much leaves more than its part.
-DENOISED = Aim(0.5, 1.5)
 
 
 class Rates(NamedTuple):
@@ -213,7 +194,7 @@ def _finite(values):
     return np.where(np.isfinite(values), values, 0.0)
 
 
-def wishes(variance, squares, aim):
+def wishes(variance, squares):
     """How many doublings more than others each square would have, if these could be any number.
 
     Parameters
@@ -221,13 +202,12 @@ def wishes(variance, squares, aim):
     variance : float array, shape (height, width)
         Of a single sample of each pixel.
     squares : Squares
-    aim : Aim
 
     Returns
     -------
     float array, shape (rows, columns)
     """
-    return aim.rise * np.log2(guessed(squares.sums(variance), squares.areas))
+    return _POWER * np.log2(guessed(squares.sums(variance), squares.areas))
 
 
 def guessed(sums, areas):

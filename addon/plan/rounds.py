@@ -26,6 +26,10 @@ _FIRST_PART = 4
 #: The fewest samples that have two halves of two.
 FEWEST = 4
 
+#: How the square error of a picture grows with its variance: as it is; and denoised, for little noise is taken away
+#: wholly, and much leaves more than its part.
+NOISY, DENOISED = 1.0, 1.5
+
 # Samples that a threshold is first asked at, and the sequence's length that they begin.
 _FIRST_TEST, _FIRST_LENGTH = 16, 64
 
@@ -73,14 +77,15 @@ class Goal:
         Samples that every pixel takes at least.
     seconds : float or None
         What the whole picture may take.
-    aim : rates.Aim
+    rise : float
+        Power of the variance of its mean that a square's error grows with.
     """
 
     samples: int
     threshold: float | None = None
     least: int = 0
     seconds: float | None = None
-    aim: rates.Aim = rates.NOISY
+    rise: float = NOISY
 
     @property
     def is_mean(self):
@@ -193,7 +198,7 @@ def rounds(goal, base, seen, costs, elapsed):
     if goal.seconds is not None:
         end = goal.seconds if goal.threshold is None else min(goal.seconds, end)
     steps = Rates(base, goal.length, goal.most)
-    chosen = _chosen_squares(steps, variance, seen.size, costs, end - elapsed(), goal.aim)
+    chosen = _chosen_squares(steps, variance, seen.size, costs, end - elapsed(), goal.rise)
     if chosen is None:
         yield from evenly(goal, base, round(needed), seen.size, costs, elapsed)
         return
@@ -242,18 +247,18 @@ def evenly(goal, count, mean, size, costs, elapsed):
         count += further
 
 
-def _chosen_squares(steps, variance, size, costs, seconds, aim):
+def _chosen_squares(steps, variance, size, costs, seconds, rise):
     """Squares, wishes and levels of the side that promises most; None if the same samples everywhere do as well."""
     even = min(steps.base + seconds / costs.sample, steps.most)
     least, chosen = 1.0, None
     for squares in _sides(size):
         prices = squares.sums(costs.pixels)
-        wish = rates.wishes(variance, squares, aim)
+        wish = rates.wishes(variance, squares)
         levels = np.zeros(squares.areas.shape, int)
         wanted = _planned(squares, wish, prices, levels, steps, steps.top, seconds, costs)
         sums = squares.sums(variance)
         judging = np.minimum(sums / squares.areas, _MOST_SAY * rates.guessed(sums, squares.areas))
-        errors = [(squares.areas * (judging / samples) ** aim.error).sum() for samples in (steps.samples(wanted), even)]
+        errors = [(squares.areas * (judging / samples) ** rise).sum() for samples in (steps.samples(wanted), even)]
         ratio = errors[0] / max(errors[1], 1e-30)
         if ratio < least:
             least, chosen = ratio, (squares, wish, wanted)
