@@ -2,7 +2,6 @@
 """The method Rounds, as scenes ask for it by Cycles' settings."""
 
 import os
-import os
 import time
 
 import bpy
