@@ -195,7 +195,7 @@ def test_seconds_are_kept(extension, tmp_path, size):
     scene = noisy_scene(*size)
     scene.cycles.use_denoising = True
     scene.cycles.time_limit, scene.cycles.samples = 8.0, 100000
-    # In a run of all tests others have half of the processor, and when the denoiser's turn comes perhaps more than before.
+    # In a run of all tests others have half of the processor, or more when the denoiser's turn comes.
     most = 10.0 if os.getloadavg()[0] < 1.5 else 14.0
     begun = time.perf_counter()
     rendering.render(tmp_path, "SPECTRAL_TILES", 100000)
