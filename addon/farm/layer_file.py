@@ -69,8 +69,8 @@ class LayerFile:
         Whether its digest has told that it is whole.
     changed : int
         When it was written.
-    opened : tuple or None
-        As of `openimageio.opened`, whoever replaces the file; None if it is opened anew for some rows at a time.
+    held : tuple or None
+        As of `openimageio.opened`, whoever replaces the file; None if it is opened anew each time.
     """
 
     path: str
@@ -83,7 +83,7 @@ class LayerFile:
     divisors: dict
     is_sealed: bool
     changed: int
-    opened: tuple | None = field(repr=False)
+    held: tuple | None = field(repr=False)
 
     @classmethod
     def read(cls, path, stays_open=True):
@@ -145,15 +145,21 @@ class LayerFile:
         known["window"] = "{0.x} {0.y} in {0.full_width} x {0.full_height}".format(specs[0])
         known["passes"] = ", ".join(f"{channel.view}:{channel}" for channel in channels)
         size = specs[0].width, specs[0].height
-        opened = opened if stays_open else None
-        return cls(path, known, first, count, samples, size, channels, divisors, is_sealed, changed, opened)
+        held = opened if stays_open else None
+        return cls(path, known, first, count, samples, size, channels, divisors, is_sealed, changed, held)
+
+    def opened(self):
+        """As `openimageio.opened`; raises `Refused` if it has become another file, and ValueError if it is damaged."""
+        if self.held:
+            return self.held
+        if os.stat(self.path).st_mtime_ns != self.changed:
+            raise seal.refusal(self.path, "has become another file meanwhile")
+        return openimageio.opened(self.path)
 
     def rows(self, band):
         """Some rows of all channels, float32 (rows, width, channels); raises `Refused` if they are damaged."""
-        if not self.opened and os.stat(self.path).st_mtime_ns != self.changed:
-            raise seal.refusal(self.path, "has become another file meanwhile")
         try:
-            return openimageio.rows(*(self.opened or openimageio.opened(self.path)), band)
+            return openimageio.rows(*self.opened(), band)
         except ValueError as error:
             raise seal.refusal(self.path, f"is damaged or truncated: {error}") from None
 

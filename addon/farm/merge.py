@@ -123,7 +123,7 @@ def _write(path, layer, pixels):
     """Write a picture of the form of `layer`, with what its header says of the frame."""
     oiio = openimageio.load()
     specs = []
-    for spec in openimageio.opened(layer.path)[1]:
+    for spec in layer.opened()[1]:
         kept = oiio.ImageSpec(spec)
         for name in [attribute.name for attribute in spec.extra_attribs]:
             if _OF_ONE_RENDER.fullmatch(name):

@@ -36,8 +36,8 @@ class Accumulation:
         self.counts = np.zeros((*size[::-1], 1), np.float32)
         # Samples of the half that are in the sums; below 0 where there is no half.
         self._held = np.full_like(self.counts, -1.0)
-        # Square error of what guides the denoiser, where there is a half.
-        self._guides_error = np.zeros_like(self.counts)
+        # Square error of what guides the denoiser, where there is a half; None if nothing does.
+        self._guides_error = None if kinds.keys().isdisjoint(GUIDES) else np.zeros_like(self.counts)
         self._sums = {}
 
     def add(self, part, passes, first, count):
@@ -57,7 +57,8 @@ class Accumulation:
                 self.half = np.zeros_like(self._light_sums)
             self.half[part] = self._light_sums[part] / self.counts[part]
             self._held[part] = first
-            self._guides_error[part] = self._error_of_guides(part, passes, first, count)
+            if self._guides_error is not None:
+                self._guides_error[part] = self._error_of_guides(part, passes, first, count)
         ranked = {}
         for key, pixels in passes.items():
             if key not in self._sums:
@@ -99,12 +100,16 @@ class Accumulation:
         return self._light_sums / self.counts
 
     @property
+    def _is_in_parts(self):
+        return (self._held >= 0.0).all()
+
+    @property
     def parts(self):
         """The light's red, green and blue by some of each pixel's samples, and by others: (3, height, width) each.
 
         None unless every pixel was rendered in parts.
         """
-        if (self._held < 0.0).any():
+        if not self._is_in_parts:
             return None
         sums, held = self._light_sums[..., :3], self._held
         others = (sums - held * self.half[..., :3]) / (self.counts - held)
@@ -114,9 +119,9 @@ class Accumulation:
     def errors(self):
         """Mean square errors of what guides the denoiser, and of the light (`rates.visible_variance`).
 
-        None unless every pixel was rendered in parts.
+        None unless every pixel was rendered in parts, and something guides the denoiser.
         """
-        if (self._held < 0.0).any():
+        if not self._is_in_parts or self._guides_error is None:
             return None
         light = visible_variance(self.mean[..., :3], self.half[..., :3])
         return float(self._guides_error.mean()), float(light.mean())
