@@ -42,11 +42,11 @@ def wanted(scene, layer):
     return scene.cycles.use_denoising and layer.cycles.use_denoising
 
 
-def check(scene, layer):
-    """Raise `Refused` if denoising is wanted and cannot be done here."""
+def check(scene, layer, use):
+    """Raise `Refused` if denoising is wanted and cannot be done here, given the `SceneUse`."""
     if wanted(scene, layer):
         # Cycles would read a catcher's shadow and alpha from the Combined that it leaves empty for the noisy one.
-        if any(obj.is_shadow_catcher and obj.type != "LIGHT" for obj in bpy.data.objects):
+        if use.shadow_catcher:
             raise Refused("A picture with a shadow catcher can only be denoised by Cycles itself")
         try:
             openimageio.load()

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What a frame uses: which of Cycles' random numbers have something to decide in it."""
+"""What a frame uses: which of Cycles' random numbers have something to decide in it, and who catches shadows."""
 
 from dataclasses import dataclass
 from typing import NamedTuple
@@ -14,20 +14,22 @@ _MOST_INSTANCES = 5000
 
 @dataclass(frozen=True)
 class SceneUse:
-    """Sources of noise in a frame.
+    """What a frame uses.
 
     Attributes
     ----------
     motion_blur, lens : bool
         Whether rays differ in time, in where they pass the lens.
     lights : int
-        Emitters that Cycles chooses between (`emitters`).
+        Emitters that Cycles chooses between (`contents`).
     bounces : bool
         Whether light that was scattered more than once is rendered.
     glow : bool
         Whether any emitter is not a lamp, so that scattered rays find much of the light.
     blades : int
         Of the lens; 0 if it is round, or a pinhole.
+    shadow_catcher : bool
+        Whether any object only shows the shadows that fall on it.
     """
 
     motion_blur: bool
@@ -36,6 +38,7 @@ class SceneUse:
     bounces: bool
     glow: bool
     blades: int = 0
+    shadow_catcher: bool = False
 
     @property
     def dims(self):
@@ -54,7 +57,7 @@ class SceneUse:
         return tuple(dims)
 
 
-class Emitters(NamedTuple):
+class Contents(NamedTuple):
     """What objects, materials and the world do.
 
     Attributes
@@ -64,14 +67,17 @@ class Emitters(NamedTuple):
         to chance.
     glow : bool
         Whether any of them is not a lamp.
+    shadow_catcher : bool
+        Whether any object is one.
     """
 
     lights: int
     glow: bool
+    shadow_catcher: bool
 
 
-def emitters(depsgraph):
-    """Look through a scene that was evaluated, without touching its geometry; returns `Emitters`."""
+def contents(depsgraph):
+    """Look through a scene that was evaluated, without touching its geometry; returns `Contents`."""
     # There are many data, but few types, and asking Blender's types what they are takes a while.
     by_type = {}
     for data in depsgraph.ids:
@@ -86,7 +92,8 @@ def emitters(depsgraph):
         plain = data.node_tree is None and isinstance(data, bpy.types.World) and any(data.color)
         glowing += (plain or shader_nodes.emit(data.node_tree, groups)) and _is_sampled(data)
     only_a_point = len(lamps) == 1 and not glowing and _is_point(lamps[0])
-    return Emitters(0 if only_a_point else len(lamps) + glowing, glowing > 0)
+    catches = any(obj.is_shadow_catcher and obj.type != "LIGHT" for obj in all_of(bpy.types.Object))
+    return Contents(0 if only_a_point else len(lamps) + glowing, glowing > 0, catches)
 
 
 def scene_use(depsgraph, found=None):
@@ -96,13 +103,13 @@ def scene_use(depsgraph, found=None):
     ----------
     depsgraph : bpy.types.Depsgraph
         Evaluated for the frame.
-    found : Emitters, optional
-        What `emitters` found; it is asked by default.
+    found : Contents, optional
+        What `contents` found; it is asked by default.
     """
     scene, layer = depsgraph.scene, depsgraph.view_layer
     camera = scene.camera
     cycles = scene.cycles
-    found = found or emitters(depsgraph)
+    found = found or contents(depsgraph)
     lens = camera is not None and camera.type == "CAMERA" and camera.data.dof.use_dof
     return SceneUse(
         motion_blur=scene.render.use_motion_blur and layer.use_motion_blur,
@@ -112,6 +119,7 @@ def scene_use(depsgraph, found=None):
         and any((cycles.diffuse_bounces, cycles.glossy_bounces, cycles.transmission_bounces, cycles.volume_bounces)),
         glow=found.glow,
         blades=camera.data.dof.aperture_blades if lens and camera.data.dof.aperture_blades >= 3 else 0,
+        shadow_catcher=found.shadow_catcher,
     )
 
 

@@ -63,14 +63,15 @@ def _differences(method, scene, layer):
 def _method(scene, layer, use, scene_messages):
     """As `of_layer`, but for the differences of our own methods."""
     settings, sampling = scene.spectral_tiles, Sampling.of_layer(scene, layer)
+    cannot_denoise = _refusals((lambda *of: denoiser.check(*of, use),), scene, layer)
     if settings.method == "SUB_FRAMES":
-        return Choice("SUB_FRAMES", _refusals(sub_frames.CHECKS, scene, layer))
+        return Choice("SUB_FRAMES", _refusals(sub_frames.CHECKS, scene, layer) + cannot_denoise)
     if settings.method == "GATHER" or settings.pattern != "AUTO" or settings.filter != "AS_CYCLES":
         if settings.method == "IN_PLACE":
             return Choice("CYCLES", (_NOT_IN_PLACE,))
         # What is seen is asked of a camera that is one, so only after the others.
-        return Choice("GATHER", _refusals(gather.CHECKS, scene, layer) or tuple(scene_messages()))
-    cannot_denoise = _refusals((denoiser.check,), scene, layer)
+        refusals = _refusals(gather.CHECKS, scene, layer) + cannot_denoise
+        return Choice("GATHER", refusals or tuple(scene_messages()))
     if not sampling.count or cannot_denoise:
         return Choice("CYCLES", differences=cannot_denoise)
     if not sampling.is_whole and sampling.is_even:

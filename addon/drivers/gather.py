@@ -17,7 +17,7 @@ from ..blender import openimageio
 from ..blender.display import InOrder
 from ..blender.refusal import Refused
 from ..blender.region import bands
-from ..cycles import aperture, denoiser, dicing, osl_camera, passes, plan_image, sampling
+from ..cycles import aperture, dicing, osl_camera, passes, plan_image, sampling
 from ..farm import layers
 from ..picture.picture import mean_data
 from ..picture.reconstruction import Reconstruction, first_position, positions
@@ -90,7 +90,6 @@ CHECKS = (
     _check_subset,
     _check_culling,
     lambda scene, layer: pattern_tile(scene),
-    denoiser.check,
 )
 
 

@@ -7,7 +7,7 @@ is sampled when.  A pattern chosen by hand is followed to the letter instead, ce
 """
 
 from ..blender.refusal import Refused
-from ..cycles import cell_camera, denoiser, passes, sampling, shared_sequence
+from ..cycles import cell_camera, passes, sampling, shared_sequence
 from ..cycles.sampling import Sampling
 from ..farm import layers
 from ..plan import sub_frame_plan
@@ -50,7 +50,7 @@ def _check_culling(scene, layer):
 
 
 # Each raises `Refused` if a scene's view layer cannot be rendered this way.  The panel asks them all beforehand.
-CHECKS = (_check_camera, _check_passes, _check_culling, pattern_cells.check_count, denoiser.check)
+CHECKS = (_check_camera, _check_passes, _check_culling, pattern_cells.check_count)
 
 
 def render(session, frame):

@@ -37,7 +37,7 @@ def scene_use(layer):
     depsgraph = layer.depsgraph
     if depsgraph is None:
         return None
-    return scene_analysis.scene_use(depsgraph, _remembered("emitters", depsgraph, scene_analysis.emitters))
+    return scene_analysis.scene_use(depsgraph, _remembered("contents", depsgraph, scene_analysis.contents))
 
 
 def chosen(scene, layer):

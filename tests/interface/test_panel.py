@@ -113,10 +113,10 @@ def test_one_lamp_and_a_world_are_not_two_lights():
     assert not any(letter.isdigit() for letter in told(scene))
 
 
-def test_emitters_are_counted_only_after_a_change(monkeypatch):
+def test_contents_are_looked_through_only_after_a_change(monkeypatch):
     scene = build_scene()
     told(scene)
-    monkeypatch.setattr(scene_analysis, "emitters", lambda depsgraph: pytest.fail("counted again"))
+    monkeypatch.setattr(scene_analysis, "contents", lambda depsgraph: pytest.fail("counted again"))
     told(scene)
 
 
