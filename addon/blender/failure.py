@@ -10,6 +10,9 @@ import bpy
 
 from .refusal import Cancelled, Refused
 
+#: What went wrong in renders that were completed all the same: who waits for their end (a command line) clears it.
+warnings = []
+
 
 def report(engine, message, kind="ERROR"):
     """Show `message` as the render's error; on the command line also make Blender's exit code 1.
@@ -19,6 +22,8 @@ def report(engine, message, kind="ERROR"):
     Blender ends with code 0 after `blender -b scene.blend -f 1` whatever the engine reports, which a farm would take
     for success.  Inside Python (the `bpy` module, scripts) the operator raises `RuntimeError` as for any engine.
     """
+    if kind == "WARNING":
+        warnings.append(message)
     engine.report({kind}, message)
     engine.error_set(message)
     if bpy.app.background and not bpy.app.module:

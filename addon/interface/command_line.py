@@ -12,7 +12,7 @@ import traceback
 
 import bpy
 
-from ..blender import interruption
+from ..blender import failure, interruption
 from ..blender.refusal import Refused
 from ..cycles.sampling import Sampling
 from ..farm import layers, merge
@@ -39,7 +39,7 @@ def run(arguments, program=f"blender --command {_NAME}"):
     Returns
     -------
     int
-        Exit code: 0 done, 1 the render was refused or failed, 2 wrong use, 130 after Ctrl-C.
+        Exit code: 0 done, 1 the render was refused or failed, if only a part of it such as the denoiser, 2 wrong use, 130 after Ctrl-C.
     """
     if arguments[:1] == ["tile"]:
         return _tile(arguments[1:], f"{program} tile")
@@ -47,6 +47,7 @@ def run(arguments, program=f"blender --command {_NAME}"):
         options = given.parse(program, _COMMANDS, arguments)
     except SystemExit as stop:
         return stop.code
+    failure.warnings.clear()
     start = time.perf_counter()
     summary = {"command": options.command, "blender": bpy.app.version_string}
 
@@ -56,9 +57,9 @@ def run(arguments, program=f"blender --command {_NAME}"):
         summary["seconds"] = round(time.perf_counter() - start, 3)
         try:
             generator.write_summary(summary, options.json)
-        except OSError as failure:
+        except OSError as unwritten:
             # One line: what came first has priority.
-            code, error = code or FAILED, error or _sentence(failure)
+            code, error = code or FAILED, error or _sentence(unwritten)
         if error is not None:
             print(f"{_NAME}: {error}", file=sys.stderr)
         return code
@@ -72,7 +73,7 @@ def run(arguments, program=f"blender --command {_NAME}"):
             summary |= options.run(options)
         except Exception as error:
             return finish(FAILED, _sentence(error))
-        return finish(DONE)
+        return finish(FAILED, failure.warnings[0]) if failure.warnings else finish(DONE)
 
 
 def _tile(arguments, program):

@@ -17,6 +17,7 @@ import pytest
 
 from addon import drivers
 from addon.blender import openimageio
+from addon.cycles import denoiser
 from addon.interface import command_line, comparison
 from tests import effort, rendering
 
@@ -224,6 +225,24 @@ def test_a_damaged_pattern_keeps_no_engine(scene_file, tmp_path, monkeypatch):
     assert run("render", scene_file, "--pattern", tmp_path / "a.npz") == command_line.FAILED
     gc.collect()
     assert ignored == []
+
+
+def test_a_failed_denoiser_is_code_1_and_the_noisy_pictures(scene_file, tmp_path, monkeypatch, capfd):
+    command_line.picture_files.open_scene(scene_file).cycles.use_denoising = True
+    bpy.ops.wm.save_mainfile()
+
+    def fail(*_):
+        raise MemoryError("out of memory")
+
+    monkeypatch.setattr(denoiser, "_denoise", fail)
+    asked = ("--output", tmp_path / "#.png", "--samples", "16", "--frames", "1,2", "--json", tmp_path / "summary")
+    assert run("render", scene_file, *asked) == command_line.FAILED
+    assert capfd.readouterr().err == "spectral_tiles: Cannot denoise: out of memory\n"
+    said = json.loads((tmp_path / "summary").read_text())
+    assert said["files"] == [str(tmp_path / "1.png"), str(tmp_path / "2.png")]
+    assert said["error"] == "Cannot denoise: out of memory" and (tmp_path / "2.png").exists()
+    monkeypatch.undo()
+    assert run("render", scene_file, *asked) == command_line.DONE
 
 
 def test_failures_are_code_1(scene_file, tmp_path):
