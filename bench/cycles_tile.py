@@ -15,7 +15,7 @@ def cycles_tile(size, dims, samples, seed):
     size : int
         Side of the tile in pixels. Unlike a tile of ours, Cycles' pattern does not wrap around.
     dims : sequence of str
-        Dimensions that a tile and `addon.cycles_random` know.
+        Dimensions that a tile and `addon.cycles.random_numbers` know.
     samples : int
         Samples a pixel.
     seed : int

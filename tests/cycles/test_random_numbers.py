@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The probe: scenes whose pixels show the random numbers that Cycles drew.
 
-When a Blender release changes Cycles' sampler, these tests fail, and `addon/cycles_random.py` must follow.
+When a Blender release changes Cycles' sampler, these tests fail, and `addon/cycles/random_numbers.py` must follow.
 """
 
 import bpy

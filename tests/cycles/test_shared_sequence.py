@@ -39,7 +39,7 @@ def test_time(tmp_path, count, seed):
 
 
 def test_light(tmp_path):
-    """Light numbers, by the colour of the light where a distant receiver sees it; see `test_cycles_random`."""
+    """Light numbers, by the colour of the light where a distant receiver sees it; see `test_random_numbers`."""
     rendering.empty_scene(4, 4)
     rendering.add_camera(type="ORTHO", ortho_scale=1e-4)
     rendering.add_plane(10, rendering.diffuse())
