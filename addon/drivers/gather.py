@@ -100,13 +100,13 @@ def render(session, frame):
     engine.update_stats("", "Planning samples")
     plan = _planned(engine, frame)
     if plan.miss:
-        engine.report({"INFO"}, f"Cycles' numbers miss the tile's by, on average: {plan.miss}")
+        engine.report({"INFO"}, f"Cycles' numbers miss the pattern's by, on average: {plan.miss}")
     steps.add_guides(session, frame)
     if session.layer.use_pass_z and not session.layer.use_pass_position:
         engine.add_pass("Position", 3, "XYZ", layer=session.layer_name)
     if frame.filter or not frame.sampling.is_whole:
         passes.add_divisors(engine, session.layer)
-    clean = steps.known_noise(frame, plan)
+    clean = steps.noise_reduction(frame, plan)
     with (
         tempfile.TemporaryDirectory(prefix="spectral_tiles_", dir=bpy.app.tempdir) as folder,
         dicing.user_camera(session, [view.camera for view in views.values()]),

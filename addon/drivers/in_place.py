@@ -32,5 +32,5 @@ def render(session, frame):
     samples = frame.sampling.samples
     session.set_sampling(**sampling.exactly(samples))
     picture = steps.pictured(session, session.call())
-    picture = steps.without_noise(session, picture, steps.known_noise(frame, plan), 0, samples)
+    picture = steps.without_noise(session, picture, steps.noise_reduction(frame, plan), 0, samples)
     return picture, layers.facts(frame, session.layer_name, plan)

@@ -44,7 +44,7 @@ def set_prefilter(session, errors):
     session.set_sampling(denoising_prefilter=denoiser.prefilter(session.original_scene, *errors))
 
 
-def known_noise(frame, plan):
+def noise_reduction(frame, plan):
     """What subtracts the noise that the numbers of a plan explain, of `control_variates.of_picture`; or None."""
     if not frame.noise_reduction:
         return None
@@ -52,7 +52,7 @@ def known_noise(frame, plan):
 
 
 def without_noise(session, picture, clean, first, count):
-    """The picture of some samples without known noise, if `clean` is given.
+    """The picture of some samples without the noise that `clean` subtracts, if it is given.
 
     Only of its first view: Cycles' numbers in the others are not those of the plan.
     """

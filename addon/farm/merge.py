@@ -54,8 +54,8 @@ def merge(files, path, tell=lambda part: None):
     Raises
     ------
     Refused
-        A file is missing, damaged or no layer; they are of different frames, tiles, seeds, sizes or Blender versions;
-        samples are missing or in two files.
+        A file is missing, damaged or no layer; they are of different frames, patterns, seeds, sizes or Blender
+        versions; samples are missing or in two files.
     OSError
         The picture cannot be written.
     """

@@ -14,7 +14,7 @@ together, and what is subtracted has the colour of that side.
 Three things keep the expectation: a pixel's own block has no say in its coefficient, only the blocks around have; nor
 has the pixel in what that is scaled by; and modes are waves, as often and as far below zero as above.
 
-Which modes are looked for, and how far a coefficient is believed, tiles of the picture say beforehand: by how much
+Which modes are looked for, and how far a coefficient is believed, patches of the picture say beforehand: by how much
 coefficients of that mode differ from zero on average, beyond chance (empirical Bayes; Efron and Morris, "Stein's
 Estimation Rule and Its Competitors" (1973)).
 """
@@ -37,10 +37,10 @@ MOST_SAMPLES = 16
 # Pixels that are worked at together, which take some 100 bytes each.
 _TOGETHER = 2**18
 
-# Pixels a side of the tiles that tell which modes matter in the picture, and how many of them.
-_TILE, _TILES = 64, 6
+# Pixels a side of the patches that tell which modes matter in the picture, and how many of them.
+_PATCH, _PATCHES = 64, 6
 
-# Pixels of each block of a tile that tell what modes have in common.
+# Pixels of each block of a patch that tell what modes have in common.
 _TELLING = 16
 
 # Evidence counts that chance makes once in exp of this many times: that of a mode in the picture, and that of all modes
@@ -168,14 +168,14 @@ class _Survey:
 
 
 def _survey(lights, judged, numbers, candidates):
-    """Find out in some tiles of the picture what explains most; None if nothing does."""
+    """Find out in some patches of the picture what explains most; None if nothing does."""
     _, height, width = lights[0].shape
     corners = [(y, x) for y in _starts(height) for x in _starts(width)]
-    if len(corners) > _TILES:
-        corners = [corners[number] for number in np.random.default_rng(0).permutation(len(corners))[:_TILES]]
+    if len(corners) > _PATCHES:
+        corners = [corners[number] for number in np.random.default_rng(0).permutation(len(corners))[:_PATCHES]]
     moments, pixels, scores = 0.0, 0, []
     for y, x in corners:
-        part = slice(y, min(y + _TILE, height)), slice(x, min(x + _TILE, width))
+        part = slice(y, min(y + _PATCH, height)), slice(x, min(x + _PATCH, width))
         around = [Surroundings(light[:, *part], _part(judged, part)) for light in lights]
         waves = _waves(numbers, candidates, (y, x), around[0].noise.shape)
         noise = noise_blocks.in_blocks(np.stack([found.noise for found in around]))
@@ -211,8 +211,8 @@ def _part(judged, part):
 
 
 def _starts(size):
-    """Where tiles begin along a side; what is left of the last one is none, unless it is the first, too."""
-    return range(0, max(size - _TILE, 0) + 1, _TILE)
+    """Where patches begin along a side; what is left of the last one is none, unless it is the first, too."""
+    return range(0, max(size - _PATCH, 0) + 1, _PATCH)
 
 
 def _most_by_chance(squares, largest):

@@ -13,8 +13,8 @@ _LEAST_PART_ONCE, _LEAST_PART = 0.05, 0.01
 # What a sample costs where none differs from another, beside others.
 _IDLE = 0.1
 
-# What a sample costs of the many that Cycles takes at once for a whole picture, over one of a few for a tile: 0.7 to 1
-# on two processors.
+# What a sample costs of the many that Cycles takes at once for a whole picture, over one of a few for a square: 0.7 to
+# 1 on two processors.
 _AT_ONCE = 0.93
 
 # How many samples of a pixel a call takes as long as, at least: of two threads, if they are quick ones.  Of more it

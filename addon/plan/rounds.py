@@ -42,7 +42,7 @@ _ACROSS = 160
 
 # Share of the whole that may go into calls which tell where samples cost how much, and how many these are at most.
 _SURVEY = 0.01
-_MOST_TILES = 256
+_MOST_CALLS = 256
 
 # What a square's own noise may say of the rates, in times of what the squares around foretell: were a firefly to decide
 # about the whole picture, and so about its own samples, the picture would lose light.
@@ -139,7 +139,7 @@ def _power_of_two_to(count):
 def opening(goal, base, size, costs):
     """The samples of all pixels from the first call's up to the base, whose halves tell noise.
 
-    The second half is rendered in tiles, whose times tell where samples cost how much.
+    The second half is rendered in squares, whose times tell where samples cost how much.
 
     Parameters
     ----------
@@ -161,7 +161,7 @@ def opening(goal, base, size, costs):
     if base <= half:
         return
     whole = goal.length * costs.sample if goal.seconds is None else goal.seconds
-    number = np.clip(_SURVEY * whole / costs.call, 1, _MOST_TILES)
+    number = np.clip(_SURVEY * whole / costs.call, 1, _MOST_CALLS)
     squares = Squares(size, _power_of_two_from(int(np.sqrt(size[0] * size[1] / number))))
     yield [Shot(rectangle, goal.length, half, base - half) for rectangle in squares.each()]
 

@@ -104,7 +104,7 @@ def test_it_serves_where_samples_cannot_be_moved(tmp_path, change, reason):
 
 
 @pytest.mark.parametrize("change", ["nothing", "custom lens", "rolling shutter"])
-def test_known_noise_goes_and_the_expectation_stays(tmp_path, change):
+def test_explained_noise_goes_and_the_expectation_stays(tmp_path, change):
     scene = build_scene(1)
     scene.render.resolution_x, scene.render.resolution_y = 64, 48
     CHANGES[change](scene)

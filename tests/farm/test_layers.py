@@ -69,7 +69,7 @@ def test_merged_layers_are_the_frame(scene_file, tmp_path, count, tile):
         made = generator.Tile(("t", "lens.u", "lens.v", "light.u", "light.v"), values, {"method": "white"})
         generator.save_tile(made, tmp_path / "tile.npz")
         options = ["--pattern", str(tmp_path / "tile.npz")]
-    # Large enough for known noise to be found.
+    # Large enough for explained noise to be found.
     options += ["--percentage", "300"]
     render(scene_file, tmp_path / "whole.exr", *options)
     render_layers(scene_file, tmp_path / "frame.exr", count, *options)

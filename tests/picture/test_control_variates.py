@@ -202,7 +202,7 @@ def test_large_pictures_are_worked_at_in_parts(chosen, monkeypatch):
 
 
 def in_place(scene_use, seed, samples, passes):
-    """A picture of Cycles, (height, width, 4) with rows from the bottom, without its known noise."""
+    """A picture of Cycles, (height, width, 4) with rows from the bottom, without the noise that its numbers explain."""
     height, width, _ = passes.shape
     region = Region((width, height), (0, 0), (width, height))
     ranks = sample_plan.Plan.in_place(seed, region).ranks_at_film(region)
