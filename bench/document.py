@@ -52,8 +52,15 @@ class Table:
         return f"{self.caption}\n{table(self.header, self.rows)}"
 
     def html(self) -> str:
-        header = "".join(f'<th scope="col">{escape(cell)}</th>' for cell in self.header)
-        cells = ("".join(f"<td>{escape(cell)}</td>" for cell in row[1:]) for row in self.rows)
+        # Numbers stand one below the other, words begin at the left.
+        classes = [' class="words"' if any(map(_is_words, column)) else "" for column in zip(*self.rows, strict=True)]
+        header = "".join(
+            f'<th scope="col"{kind}>{escape(cell)}</th>' for cell, kind in zip(self.header, classes, strict=True)
+        )
+        cells = (
+            "".join(f"<td{kind}>{_breakable(cell)}</td>" for cell, kind in zip(row[1:], classes[1:], strict=True))
+            for row in self.rows
+        )
         body = "".join(
             f'<tr><th scope="row">{_breakable(row[0])}</th>{rest}</tr>\n'
             for row, rest in zip(self.rows, cells, strict=True)
@@ -125,6 +132,10 @@ def page(title: str, summary: str, parts: Sequence[Part]) -> str:
     return Template(TEMPLATE.read_text(encoding="utf-8")).substitute(
         title=escape(title), summary=_paragraphs(summary), links=links, body="".join(part.html() for part in parts)
     )
+
+
+def _is_words(text: str) -> bool:
+    return not (text[:1] in "~-" or text[:1].isdigit() or text == "inf")
 
 
 def _breakable(name: str) -> str:

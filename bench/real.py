@@ -67,7 +67,7 @@ def _about(outcome: Outcome, effort: Effort) -> str:
     state = "Cycles alone" if effort.native_only else f"state {engine_state()} of ours"
     return (
         f"Blender {blender_version()}, {date.today():%d %B %Y}, {os.cpu_count()} threads: {_processor()}.\n"
-        f"{len(outcome.figures)} files, {effort.width} px wide, {effort.seeds} seeds, timed {effort.repeats} times, "
+        f"Files: {len(outcome.figures)}, {effort.width} px wide; seeds: {effort.seeds}; each timed {effort.repeats}x; "
         f"{state}; nothing is tuned to a file. Errors: mean squares of luminance from 0 to 4, after a Gaussian of "
         "sigma pixels, without the reference's noise. Times: the processor's, of the render alone."
     )

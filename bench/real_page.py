@@ -30,8 +30,8 @@ _SETTINGS = {RAW: (EVEN, 64.0), DENOISED: (THRESHOLD, 0.1)}
 #: some 32 samples a pixel at any threshold.
 _TRIES, _NEAR = 2, 0.3
 
-#: Where a decade of a diagram's axes has numbers.
-_TICKS = (1.0, 1.5, 2.0, 3.0, 5.0, 7.0)
+#: Where a decade of a diagram's axes has numbers, by how many decades there are at most.
+_TICKS = ((1.5, (1.0, 1.5, 2.0, 3.0, 5.0, 7.0)), (3.0, (1.0, 2.0, 5.0)), (np.inf, (1.0,)))
 
 _NAMES = {NATIVE: "Cycles", OURS: "Spectral Tiles"}
 
@@ -109,13 +109,16 @@ def _convergence(found: dict[str, Measurements], mode: str, sigma: int, folder: 
     for axis, (name, measured) in zip(axes, found.items(), strict=False):
         for engine, label in _NAMES.items():
             for rule, curve in curves(measured, engine, mode, sigma).items():
-                style = {"color": f"C{engine == OURS:d}", "linestyle": "-" if rule == EVEN else "--", "marker": "."}
+                style = {"color": f"C{engine == OURS:d}", "linestyle": "-", "marker": "."}
+                if rule == THRESHOLD:
+                    style |= {"linestyle": "--", "marker": "x"}
                 what = f"{label}, {'samples' if rule == EVEN else 'noise threshold'}"
                 if curve.points:
                     lines[what] = axis.plot(*zip(*curve.points, strict=True), **style)[0]
         axis.set(title=name, xscale="log", yscale="log")
         for each in (axis.xaxis, axis.yaxis):
-            each.set_major_locator(LogLocator(subs=_TICKS))
+            decades = float(np.ptp(np.log10(each.get_view_interval())))
+            each.set_major_locator(LogLocator(subs=next(ticks for most, ticks in _TICKS if decades <= most)))
             each.set_major_formatter("{x:.3g}")
             each.set_minor_locator(NullLocator())
     for axis in axes[len(found) :]:
@@ -187,7 +190,9 @@ def _contenders(
 def _shown(render: Render, result: Result, halves: Sequence[np.ndarray]) -> Shown:
     error = error_maps(seen(result.pixels()), halves)[0]
     name = f"{_NAMES[render.engine]}, {in_words(render.setting)}"
-    return Shown(f"{name}: {result.processor:.1f}\N{NO-BREAK SPACE}s, error {error.mean():.1e}", result, error)
+    # Lines may break after a hyphen, but not after a minus.
+    mean = f"{error.mean():.1e}".replace("-", "\N{MINUS SIGN}")
+    return Shown(f"{name}: {result.processor:.1f}\N{NO-BREAK SPACE}s, error {mean}", result, error)
 
 
 def _native(found: Measurements, mode: str, rule: str) -> list[tuple[float, float]]:

@@ -227,7 +227,8 @@ def _goals_table(files: Files) -> Table:
                 one for mode in (RAW, DENOISED) for setting in settings for one in files.costs(cost, mode, setting)
             ]
             rows += _goal(f"{caption} {where}", pooled)
-    return Table("Figures to reach, ours over Cycles'", ["", "median", "worst", "where"], rows)
+    caption = "Figures to reach, ours over Cycles', at those settings that were measured"
+    return Table(caption, ["", "median", "worst", "where"], rows)
 
 
 def _goal(caption: str, pooled: list[Ratio]) -> list[list[str]]:

@@ -63,6 +63,12 @@ def test_table_as_markdown():
     assert made.splitlines() == ["|  | 1 spp |", "| --- | --- |", "| wheels | 0.9 |"]
 
 
+def test_words_begin_at_the_left_and_numbers_do_not():
+    made = Table("Errors", ["", "worst", "where"], [["all", "~1.2", "a_b"]]).html()
+    assert '<th scope="col">worst</th><th scope="col" class="words">where</th>' in made
+    assert '<td>~1.2</td><td class="words">a_<wbr>b</td>' in made
+
+
 @pytest.mark.parametrize(("middle", "corner"), [((0.5, 0.5), (20, 10)), ((0, 0), (0, 0)), ((1, 1), (40, 20))])
 def test_crop_stays_inside(picture, tmp_path, monkeypatch, middle, corner):
     whole = plt.imread(picture)[..., :3]
