@@ -27,7 +27,7 @@ scene.render.engine = "CYCLES"
 scene.render.resolution_x = scene.render.resolution_y = 64
 scene.render.resolution_percentage = 100
 scene.render.image_settings.file_format = "OPEN_EXR"
-scene.cycles.samples = 1
+scene.cycles.samples = 16  # up to four are Cycles' own
 scene.cycles.use_adaptive_sampling = scene.cycles.use_denoising = False
 scene.cycles.sampling_pattern = "BLUE_NOISE"
 
