@@ -71,7 +71,7 @@ def cylinders() -> Figure:
         for axis, power in zip(axes, cylinder_power(t, 8, limits), strict=True):
             axis.plot(range(1, 9), power, "o-", label=design, color=_GREYS[design])
     for axis, limit in zip(axes, limits, strict=True):
-        axis.set(title=f"below {limit / SIZE:g} a pixel", xlabel="frequency in time", ylim=(0, 1.6))
+        axis.set(title=f"below {limit / SIZE:g} a pixel", xlabel="frequency in time", ylim=(0, 1.9))
     axes[0].set_ylabel("power, white noise = 1")
     axes[1].legend(frameon=False, loc="upper right")
     return figure
