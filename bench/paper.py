@@ -179,7 +179,7 @@ def _spectra(experiment: Experiment, effort: Effort, folder: Path, progress: Pro
             Plot(
                 f"Figure 10: error spectra of the spinning wheels against a reference of {count} samples a pixel, "
                 f"mean of {len(effort.seeds)} seeds; zero frequency in the middle, lighter is more power. "
-                "Below, radial means relative to the random values' mean.",
+                "Below, radial means relative to the random values' mean",
                 path,
             )
         )
