@@ -39,7 +39,8 @@ def run(arguments, program=f"blender --command {_NAME}"):
     Returns
     -------
     int
-        Exit code: 0 done, 1 the render was refused or failed, if only a part of it such as the denoiser, 2 wrong use, 130 after Ctrl-C.
+        Exit code: 0 done, 1 the render was refused or failed, if only a part of it such as the denoiser, 2 wrong use,
+        130 after Ctrl-C.
     """
     if arguments[:1] == ["tile"]:
         return _tile(arguments[1:], f"{program} tile")

@@ -56,9 +56,13 @@ class SPECTRAL_TILES_PT_advanced(CyclesButtonsPanel, bpy.types.Panel):
         layout.prop(settings, "method")
         if settings.method == "SUB_FRAMES":
             layout.prop(settings, "sub_frames")
-        layout.prop(settings, "distribution")
+        how = forecast.chosen(context.scene, context.view_layer)
+        is_spread = how is not None and how.method == "ROUNDS"
         row = layout.row()
-        row.active = settings.method in {"IN_PLACE", "GATHER"}
+        row.active = settings.method in {"AUTO", "IN_PLACE"}
+        row.prop(settings, "distribution")
+        row = layout.row()
+        row.active = settings.method in {"IN_PLACE", "GATHER"} and not is_spread
         row.prop(settings, "noise_reduction")
         row = layout.row(align=True)
         row.prop(settings, "pattern")
