@@ -32,7 +32,7 @@ class Kind(enum.Enum):
 
 #: Names of the passes of that kind.
 FIRST_SAMPLE = {"Depth", "Position", "Object Index", "Material Index"}
-_MEAN = {"Normal", "Vector", "UV", "Render Time"}
+_MEAN = {"Normal", "Vector", "UV", "Render Time", "Denoising Depth"}
 _SAMPLE_COUNT = "Debug Sample Count"
 _CRYPTOMATTES = ("CryptoObject", "CryptoMaterial", "CryptoAsset")
 _DIVIDED = {
@@ -42,6 +42,9 @@ _DIVIDED = {
 }
 
 _RADIANCE = {"Combined", "Noisy Image", "Volume Direct", "Volume Indirect", "Ambient Occlusion"}
+
+#: The largest sum of samples: Cycles has it in Denoising Depth where any sample hit nothing (`denoising_passes.h`).
+LARGEST_SUM = np.finfo(np.float32).max
 
 #: Passes that guide the denoiser: colours and normals of what is seen.
 GUIDES = ALBEDO, NORMAL = "Denoising Albedo", "Denoising Normal"

@@ -160,7 +160,7 @@ def _in_order(session, plan, views):
 def _filtered(session, frame, plan, clean, views):
     """A call for each sample: light of each goes through the filter, data are those of the first, or means."""
     limit, begun, seed = frame.sampling.time_limit, time.monotonic(), frame.sampling.frame_seed
-    first, sums = None, None
+    first, sums, taken = None, None, 0
     for sample in range(frame.sampling.samples):
         late = limit and time.monotonic() - begun > limit
         if first and (late or session.engine.test_break()):
@@ -171,6 +171,7 @@ def _filtered(session, frame, plan, clean, views):
         picture = _in_order(session, plan, views)
         light = steps.without_noise(session, picture, clean, sample, 1).light
         sums = sums or Reconstruction(frame.filter, *light.shape)
-        first = mean_data(first, picture, sample + 1) if first else picture
+        taken = sample + 1
+        first = mean_data(first, picture, taken) if first else picture
         sums.add(light, positions(frame.region, sample, seed))
-    return first.with_light(sums.pixels())
+    return first.of_samples(taken).with_light(sums.pixels())

@@ -71,6 +71,7 @@ class Shots:
                         self._show(picture)
         finally:
             session.leave()
+        picture = picture.of_samples(taken)
         return picture if sums is None else picture.with_light(sums.pixels())
 
     def _show(self, picture):

@@ -39,6 +39,12 @@ def _check_passes(scene, layer):
             f'The Vector pass of view layer "{layer.name}" cannot be rendered by sub-frames of fewer samples than '
             "moments, or with a pattern or filter; switch the pass off"
         )
+    # Cycles takes it for its own pass of this name where it blurs nothing, and so at each moment.
+    if scene.render.use_motion_blur and "Vector" in passes.aov_types(layer):
+        raise Refused(
+            f'The AOV "Vector" of view layer "{layer.name}" stands for a pass of Cycles\' in sub-frames; '
+            "rename it, or set Method to In Place"
+        )
 
 
 def _check_culling(scene, layer):

@@ -9,7 +9,7 @@ import numpy as np
 from ..blender import openimageio
 from ..blender.refusal import Refused
 from ..blender.region import bands
-from ..cycles.passes import Kind
+from ..cycles.passes import LARGEST_SUM, Kind
 from ..picture import cryptomatte
 from ..plan.patterns import atomic_file, messages
 from . import seal
@@ -101,6 +101,8 @@ def _mean(pictures, weights, layer):
     for column, colour in layer.divisors.items():
         seen = total[..., colour] != 0.0
         total[..., column] = np.divide(total[..., column], total[..., colour], out=np.zeros(seen.shape), where=seen)
+    averaged = [column for column, channel in enumerate(layer.channels) if channel.kind is Kind.MEAN]
+    total[..., averaged] = np.minimum(total[..., averaged], LARGEST_SUM / layer.samples)
     total[..., at_first] = seen_first
     for key, columns in cryptomattes.items():
         total[..., columns] = cryptomatte.ranked(coverages[key], len(columns))

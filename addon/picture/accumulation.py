@@ -3,7 +3,7 @@
 
 import numpy as np
 
-from ..cycles.passes import GUIDES, Kind, divisor_of
+from ..cycles.passes import GUIDES, LARGEST_SUM, Kind, divisor_of
 from ..plan.rates import visible_variance
 from . import cryptomatte
 from .picture import Picture
@@ -74,8 +74,10 @@ class Accumulation:
                     sums[part] = 0.0
                 by = divisor_of(key, passes, self.kinds)
                 light = pixels * passes[by] if by else pixels
-                with np.errstate(over="ignore"):  # Cycles' depth of nothing is the largest number
+                with np.errstate(over="ignore"):
                     sums[part] += np.float32(count) * light
+                if kind is Kind.MEAN:
+                    np.minimum(sums[part], LARGEST_SUM, out=sums[part])
         if first > 0:
             before = {key: self._sums[key][part] for key in ranked}
             ranked = cryptomatte.mixed(before, ranked, np.array((first, count)) / (first + count))

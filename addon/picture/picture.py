@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ..cycles.passes import NOISY, Kind, divisor_of, is_radiance
+from ..cycles.passes import LARGEST_SUM, NOISY, Kind, divisor_of, is_radiance
 from ..plan.sample_plan import scattered
 from . import cryptomatte
 
@@ -93,6 +93,11 @@ class Picture:
     def with_passes(self, passes):
         """The picture with some passes replaced or added, which must have a kind."""
         return replace(self, passes=self.passes | passes)
+
+    def of_samples(self, count):
+        """The picture of so many samples, whose sums are no larger than Cycles' can be."""
+        most = LARGEST_SUM / np.float32(count)
+        return self.with_passes({key: np.minimum(self.passes[key], most) for key in self.of_kind(Kind.MEAN)})
 
     def of_view(self, view):
         """The passes of one view."""

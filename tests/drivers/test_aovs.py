@@ -148,3 +148,41 @@ def test_forty_aovs_and_sixteen_levels_of_cryptomatte(tmp_path, monkeypatch, met
             scale = float(np.abs(pixels).max())
             np.testing.assert_allclose(blocks(ours[name]), blocks(pixels), atol=0.06 * scale, err_msg=name)
             assert ours[name].mean() == pytest.approx(pixels.mean(), abs=0.01 * scale), name
+
+
+@pytest.mark.parametrize("kind", ["COLOR", "VALUE"])
+def test_an_aov_called_vector_is_not_lost_to_sub_frames(tmp_path, kind):
+    """Cycles takes it for its own pass where nothing is blurred."""
+    scene, _ = build_scene(("Vector",), (kind,))
+    scene.render.use_motion_blur = True
+    native = rendering.render(tmp_path, "CYCLES", 8)["ViewLayer.Vector"]
+    assert native.any()
+    scene.spectral_tiles.method, scene.spectral_tiles.sub_frames = "SUB_FRAMES", 8
+    with pytest.raises(RuntimeError, match=r'AOV "Vector".*rename it'):
+        rendering.render(tmp_path, "SPECTRAL_TILES", 8)
+    scene.spectral_tiles.method = "IN_PLACE"
+    ours = rendering.render(tmp_path, "SPECTRAL_TILES", 8)["ViewLayer.Vector"]
+    np.testing.assert_allclose(blocks(ours), blocks(native), rtol=1e-4, atol=1e-4)
+
+
+@pytest.mark.parametrize("method", EVERY)
+def test_the_denoising_depth_of_nothing_is_cycles(tmp_path, method):
+    """Of a pixel with any sample that hits nothing it is the largest number over their number."""
+    samples = 16
+    scene, _ = build_scene((), ())
+    bpy.data.objects["Plane"].scale *= 0.15
+    rendering.add_plane(2, rendering.diffuse(), (1, 0.5, 0.6))
+    rendering.add_light("AREA", 100, (2, -1, 4), size=2.0)
+    scene.render.use_motion_blur = True
+    bpy.context.view_layer.cycles.denoising_store_passes = True
+    native = rendering.render(tmp_path, "CYCLES", samples)["ViewLayer.Denoising Depth"]
+    for name, value in EVERY[method].items():
+        setattr(scene.spectral_tiles, name, value)
+    ours = rendering.render(tmp_path, "SPECTRAL_TILES", samples)["ViewLayer.Denoising Depth"]
+    nothing = np.finfo(np.float32).max / samples
+    far = native > 1e6
+    assert 0.2 < far.mean() < 0.8 and ((ours > 1e6) != far).mean() < 0.05
+    np.testing.assert_allclose(native[far], nothing, rtol=1e-6)
+    np.testing.assert_allclose(ours[ours > 1e6], nothing, rtol=1e-6)
+    both = ~far & (ours < 1e6)
+    assert ours[both].mean() == pytest.approx(native[both].mean(), rel=0.02)

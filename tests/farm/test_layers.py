@@ -106,7 +106,9 @@ def test_aovs_with_the_names_of_passes(tmp_path):
         nodes.links.new(noise.outputs["Color"], node.inputs["Color"])
         nodes.links.new(noise.outputs[0], node.inputs["Value"])
     layer.cycles.use_pass_volume_direct = layer.cycles.pass_debug_sample_count = True
-    rendering.add_plane(20, material)
+    layer.cycles.denoising_store_passes = True
+    # Beside it is nothing, the depth of which Cycles has as the largest number over that of samples.
+    rendering.add_plane(6, material)
     rendering.add_light("AREA", 500, (2, 2, 5), size=4.0)
     rendering.add_camera()
     scene.cycles.pixel_filter_type = "BLACKMAN_HARRIS"
