@@ -297,6 +297,7 @@ def _run(options, progress, summary):
     try:
         _check_summary(options)
         summary |= options.run(options, progress) or {}
+        progress.finish()
         return 0
     except (ValueError, OSError, MemoryError) as error:
         summary["error"] = one_line(error, _LONGEST) or "not enough memory"

@@ -20,10 +20,11 @@ class ProgressBar:
     interval : float
         Seconds between two updates in a terminal.
     tell : callable, optional
-        Is given the part that is done, 0 to 1, at every call.
+        Is given the part that is done, 0 to 1, at every call; 1 only when nothing can fail any more.
     """
 
     WIDTH = 30
+    MADE = 0.99  # the most that is told before there is a file
     PATIENCE = 10.0
 
     def __init__(self, stream, interval=0.2, tell=None):
@@ -37,7 +38,7 @@ class ProgressBar:
         """Record that `done` of `total` steps are made."""
         self.done, self.total = done, total
         if self.tell is not None:
-            self.tell(done / total)
+            self.tell(min(done / total, self.MADE))
         now = time.monotonic()
         if not self.stream.isatty():
             if self.tell is None and now - self._shown >= self.PATIENCE:
@@ -53,6 +54,11 @@ class ProgressBar:
             self.stream.write(f"\r[{bar}] {100 * done // total:3d} %, {left:.0f} s left ")
             self.stream.write("\n" if done == total else "")
             self.stream.flush()
+
+    def finish(self):
+        """Record that what was made is in its file."""
+        if self.tell is not None and self.done:
+            self.tell(1.0)
 
     def reached(self):
         """Say how far it got, such as ``at 45 % (900 of 2000 steps) after 12 s``."""

@@ -20,7 +20,7 @@ from ..plan.patterns import atomic_file, messages
 from ..plan.patterns import generator_cli as generator
 from . import arguments as given
 from . import comparison, picture_files
-from .farm_progress import Percent, Progress
+from .farm_progress import RENDERED, Percent, Progress
 
 DONE, FAILED, WRONG_USE, INTERRUPTED = 0, 1, given.WRONG_USE, 130
 
@@ -175,7 +175,9 @@ def _merge(options):
     if not options.picture.lower().endswith(".exr"):
         raise Refused(f"Only OpenEXR pictures hold layers: {options.picture} does not end in .exr")
     files = options.layers or layers.files_of(options.picture)
-    samples, exact, sealed = merge.merge(files, options.picture, Percent().tell)
+    percent = Percent()
+    samples, exact, sealed = merge.merge(files, options.picture, lambda part: percent.tell(RENDERED * part))
+    percent.tell(1.0)
     if not exact:
         _warn(
             "the layers' sample plans differ, as of unlike machines; the picture is sound, but not that of one render"

@@ -9,6 +9,9 @@ import re
 
 import bpy
 
+#: The most that is told of what has no file yet, which may still fail.
+RENDERED = 0.99
+
 
 class Percent:
     """Lines for a farm about how much is done, each number once."""
@@ -40,7 +43,7 @@ class Progress:
     def __exit__(self, *exception):
         bpy.app.handlers.render_stats.remove(self._read)
         if exception[0] is None:
-            self._tell(1.0)
+            self._percent.tell(1.0)
 
     def begin(self, name, samples):
         """Start the next picture, of so many samples a pixel."""
@@ -59,4 +62,4 @@ class Progress:
             self._tell(min(1.0, (done + int(match[4]) / int(match[5])) / tiles))
 
     def _tell(self, part):
-        self._percent.tell((self._begun - 1 + part) / self._pictures)
+        self._percent.tell(min((self._begun - 1 + part) / self._pictures, RENDERED))
