@@ -19,6 +19,7 @@ import secrets
 import shutil
 import stat
 import sys
+import threading
 import time
 import zlib
 from pathlib import Path
@@ -35,6 +36,9 @@ _MOST_LINKS = 40  # as Linux follows
 
 _being_written = {}
 """Temporaries of this process, paths by their names."""
+
+_making = threading.RLock()
+"""Held while a temporary is made, and from `abandon` on by whoever ends the process, so that nobody makes another."""
 
 
 class NotWritten(OSError):
@@ -135,9 +139,10 @@ def written_whole(path, check=None):
     given, path = os.fspath(path), check_writable(path)
     clear_left_behind(path.parent)
     temporary = path.with_name(_temporary_name(path.suffix))
-    _being_written[temporary.name] = temporary
     try:
-        os.close(os.open(temporary, os.O_CREAT | os.O_EXCL | os.O_WRONLY, 0o666))
+        with _making:
+            _being_written[temporary.name] = temporary
+            os.close(os.open(temporary, os.O_CREAT | os.O_EXCL | os.O_WRONLY, 0o666))
         yield temporary
         _flush(temporary)
         if check is not None:
@@ -177,9 +182,10 @@ def unfinished_folder(folder):
     """
     clear_left_behind(folder)
     temporary = Path(folder).absolute() / _temporary_name("")
-    _being_written[temporary.name] = temporary
     try:
-        temporary.mkdir()
+        with _making:
+            _being_written[temporary.name] = temporary
+            temporary.mkdir()
         yield temporary
     except OSError as error:
         if error.filename is None or os.fspath(error.filename) != os.fspath(temporary):
@@ -191,7 +197,11 @@ def unfinished_folder(folder):
 
 
 def abandon():
-    """Remove all temporaries of this process, which is about to end without leaving its blocks."""
+    """Remove all temporaries of this process, which is about to end without leaving its blocks.
+
+    Other threads that would make another one wait for its end.
+    """
+    _making.acquire()
     for temporary in list(_being_written.values()):
         _remove(temporary)
 

@@ -349,8 +349,15 @@ def main(arguments=None, program="python -m generator", tell=None):
         0; 1 if a file could not be written or the memory does not suffice; 2 after bad input; 130 after Ctrl-C. All
         but 0 come with one line of at most 200 characters on standard error, and no file is half written.
     """
+    try:
+        return _main(arguments, program, ProgressBar(sys.stderr, tell=tell))
+    except KeyboardInterrupt:  # before a command runs, or after it has
+        _complain("interrupted, nothing half done is left")
+        return EXIT_INTERRUPTED
+
+
+def _main(arguments, program, progress):
     start = time.perf_counter()
-    progress = ProgressBar(sys.stderr, tell=tell)
     try:
         options = _parser(program).parse_args(arguments)
     except ValueError as error:

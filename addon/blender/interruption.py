@@ -15,8 +15,8 @@ import threading
 
 import bpy
 
-# Sent by Ctrl-C, and by farms that cancel a task.
-_SIGNALS = (signal.SIGINT, signal.SIGTERM)
+#: Sent by Ctrl-C, and by farms that cancel a task.
+SIGNALS = (signal.SIGINT, signal.SIGTERM)
 
 
 @contextlib.contextmanager
@@ -26,17 +26,18 @@ def ends_with(finish):
     Parameters
     ----------
     finish : callable
-        Called in the end, in another thread, also to remove what is unfinished; returns the exit code.
+        Called in the end, in another thread, also to remove what is unfinished; returns the exit code, or None if the
+        block is ending by itself.
     """
     told, tell = os.pipe()
     os.set_blocking(tell, False)
-    before = {number: signal.signal(number, lambda *_: None) for number in _SIGNALS}
+    before = {number: signal.signal(number, lambda *_: None) for number in SIGNALS}
     wakeup = signal.set_wakeup_fd(tell, warn_on_full_buffer=False)
 
     def wait():
         # At the end of the block there is nothing more to read.
         while number := os.read(told, 1):
-            if number[0] in _SIGNALS:
+            if number[0] in SIGNALS:
                 _end(finish)
 
     waiting = threading.Thread(target=wait, name="Ctrl-C", daemon=True)
@@ -57,8 +58,10 @@ def _end(finish):
     code = 1
     try:
         code = finish()
-        shutil.rmtree(bpy.app.tempdir, ignore_errors=True)
-        sys.stdout.flush()
-        sys.stderr.flush()
+        if code is not None:
+            shutil.rmtree(bpy.app.tempdir, ignore_errors=True)
+            sys.stdout.flush()
+            sys.stderr.flush()
     finally:
-        os._exit(code)
+        if code is not None:
+            os._exit(code)

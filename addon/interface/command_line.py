@@ -7,6 +7,7 @@ Progress goes to standard output (`farm_progress`).  Errors are one line on stan
 import os
 import signal
 import sys
+import threading
 import time
 import traceback
 
@@ -51,6 +52,7 @@ def run(arguments, program=f"blender --command {_NAME}"):
     failure.warnings.clear()
     start = time.perf_counter()
     summary = {"command": options.command, "blender": bpy.app.version_string}
+    ending = threading.Lock()  # never released: there is one end
 
     def finish(code, error=None):
         if error is not None:
@@ -66,26 +68,36 @@ def run(arguments, program=f"blender --command {_NAME}"):
         return code
 
     def interrupted():
+        if not ending.acquire(blocking=False):
+            return None
         atomic_file.abandon()
-        return finish(INTERRUPTED, "interrupted")
+        code = finish(INTERRUPTED, "interrupted")
+        atomic_file.abandon()  # Blender may have written more meanwhile
+        return code
 
     with interruption.ends_with(interrupted):
+        code, error = DONE, None
         try:
             summary |= options.run(options)
-        except Exception as error:
-            return finish(FAILED, _sentence(error))
-        return finish(FAILED, failure.warnings[0]) if failure.warnings else finish(DONE)
+        except Exception as raised:
+            code, error = FAILED, _sentence(raised)
+        else:
+            if failure.warnings:
+                code, error = FAILED, failure.warnings[0]
+        ending.acquire()
+        return finish(code, error)
 
 
 def _tile(arguments, program):
     # Blender's own handler would wait for the end of a render, and there is none.
-    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    before = {number: signal.signal(number, signal.default_int_handler) for number in interruption.SIGNALS}
     try:
         return generator.main(arguments, program, Percent().tell)
     except SystemExit as stop:
         return stop.code
     finally:
-        signal.signal(signal.SIGINT, signal.SIG_DFL if before is None else before)
+        for number, handler in before.items():
+            signal.signal(number, signal.SIG_DFL if handler is None else handler)
 
 
 def _sentence(error):

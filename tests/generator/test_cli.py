@@ -3,6 +3,10 @@
 import _thread
 import json
 import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -178,3 +182,25 @@ def test_a_long_run_can_be_interrupted(tmp_path, monkeypatch, capsys):
         signal.signal(signal.SIGINT, before)
     assert "of 1000060 steps) after" in capsys.readouterr().err
     assert not list(tmp_path.iterdir())
+
+
+def test_a_task_that_is_cancelled_is_interrupted(tmp_path):
+    """SIGTERM to the program, as farms send it."""
+    line = [sys.executable, "-m", "generator", "make", "--steps", "1000000", "--out", str(tmp_path / "a.npz")]
+    with subprocess.Popen(line, cwd=Path(__file__).parents[2], stderr=subprocess.PIPE, text=True) as process:
+        time.sleep(2.0)  # by now it optimises, which would take minutes
+        process.terminate()
+        _, errors = process.communicate(timeout=20)
+    assert process.returncode == 130
+    assert len(errors.strip().splitlines()) == 1 and "interrupted at" in errors
+    assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize("place", ["_parser", "write_summary"])
+def test_an_interrupt_before_or_after_a_command_is_one_line(tmp_path, monkeypatch, capsys, place):
+    def interrupted(*arguments):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(cli, place, interrupted)
+    assert make(tmp_path / "a.npz") == 130
+    assert capsys.readouterr().err.splitlines() == ["generator: interrupted, nothing half done is left"]

@@ -382,6 +382,17 @@ def test_help_and_tiles(tmp_path, capsys):
     assert "8 x 8 pixels" in capsys.readouterr().out
 
 
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_making_a_tile_is_interrupted(tmp_path, monkeypatch, capsys, number):
+    monkeypatch.setattr(command_line.Percent, "tell", lambda self, part: part > 0.5 and signal.raise_signal(number))
+    line = ("tile", "make", "--size", "8", "--steps", "50", "--dims", "t", "--out", tmp_path / "tile.npz")
+    before = [signal.getsignal(one) for one in (signal.SIGINT, signal.SIGTERM)]
+    assert run(*line) == command_line.INTERRUPTED
+    errors = capsys.readouterr().err.strip().splitlines()
+    assert len(errors) == 1 and "interrupted" in errors[0] and not list(tmp_path.iterdir())
+    assert [signal.getsignal(one) for one in (signal.SIGINT, signal.SIGTERM)] == before
+
+
 @pytest.mark.parametrize(
     "arguments",
     [
