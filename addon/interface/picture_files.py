@@ -229,6 +229,8 @@ def check(path, settings):
         By which it was rendered.
     """
     unfinished = f"Blender could not write all of {os.path.basename(path)}; is the disk full?"
+    if not _can_be_read(path):  # of which Blender's own reader would say more in lines of its own
+        raise Refused(unfinished)
     try:
         image = bpy.data.images.load(path, check_existing=False)
     except RuntimeError as error:
@@ -241,7 +243,7 @@ def check(path, settings):
     region = Region.of_render(settings)
     # A picture for two eyes may be wider, and of several layers Blender tells no size.
     has_size = settings.use_multiview or size in {(0, 0), region.frame, region.size}
-    if not (is_whole and has_size and _has_its_end(path) and _can_be_read(path)):
+    if not (is_whole and has_size and _has_its_end(path)):
         raise Refused(unfinished)
 
 
