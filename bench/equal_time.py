@@ -16,6 +16,9 @@ _THRESHOLDS = (0.003, 1.0)
 #: By which power of its time Cycles' threshold falls, if that is not known yet; and what is believed of two renders.
 _SLOPE, _SLOPES = -1.3, (-6.0, -0.5)
 
+#: What samples are believed to take of a render's time, at least: two times that are close say little.
+_LEAST_OF_TIME = 0.4
+
 #: Values of a setting, and the processor seconds of their renders.
 Known = Sequence[tuple[float, float]]
 
@@ -51,12 +54,11 @@ def is_near(seconds: float, time: float, within: float = SAME) -> bool:
 
 
 def samples_in(known: Known, time: float) -> int:
-    """Return how many even samples Cycles takes in about a processor time, which grows in proportion to them."""
+    """Return how many even samples Cycles takes in about a processor time, of which they take some part."""
     (count, first), *others = _nearest(known, time)
-    slope = first / count
-    if others and (first - others[0][1]) * (count - others[0][0]) > 0.0:
-        slope = (first - others[0][1]) / (count - others[0][0])
-    return max(1, round(count + (time - first) / slope))
+    most = first / count
+    slope = (first - others[0][1]) / (count - others[0][0]) if others else most
+    return max(1, round(count + (time - first) / np.clip(slope, _LEAST_OF_TIME * most, most)))
 
 
 def threshold_in(known: Known, time: float) -> float:
