@@ -63,7 +63,7 @@ def _differences(method, scene, layer):
 def _method(scene, layer, use, scene_messages):
     """As `of_layer`, but for the differences of our own methods."""
     settings, sampling = scene.spectral_tiles, Sampling.of_layer(scene, layer)
-    cannot_denoise = _refusals((lambda *of: denoiser.check(*of, use),), scene, layer)
+    cannot_denoise = _refusals((lambda scene, layer: denoiser.check(scene, layer, use),), scene, layer)
     if settings.method == "SUB_FRAMES":
         return Choice("SUB_FRAMES", _refusals(sub_frames.CHECKS, scene, layer) + cannot_denoise)
     if settings.method == "GATHER" or settings.pattern != "AUTO" or settings.filter != "AS_CYCLES":
