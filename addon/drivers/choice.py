@@ -63,6 +63,8 @@ def _differences(method, scene, layer):
 def _method(scene, layer, use, scene_messages):
     """As `of_layer`, but for the differences of our own methods."""
     settings, sampling = scene.spectral_tiles, Sampling.of_layer(scene, layer)
+    if not sampling.count:
+        return Choice("CYCLES")
     cannot_denoise = _refusals((lambda scene, layer: denoiser.check(scene, layer, use),), scene, layer)
     if settings.method == "SUB_FRAMES":
         return Choice("SUB_FRAMES", _refusals(sub_frames.CHECKS, scene, layer) + cannot_denoise)
@@ -72,7 +74,7 @@ def _method(scene, layer, use, scene_messages):
         # What is seen is asked of a camera that is one, so only after the others.
         refusals = _refusals(gather.CHECKS, scene, layer) + cannot_denoise
         return Choice("GATHER", refusals or tuple(scene_messages()))
-    if not sampling.count or cannot_denoise:
+    if cannot_denoise:
         return Choice("CYCLES", differences=cannot_denoise)
     if not sampling.is_whole and sampling.is_even:
         return Choice("IN_PLACE")

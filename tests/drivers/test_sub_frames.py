@@ -334,6 +334,15 @@ def test_layers_of_a_farm_make_the_whole(tmp_path):
     np.testing.assert_allclose(sum(parts), whole, rtol=1e-4, atol=1e-5)
 
 
+@pytest.mark.parametrize("method", ["SUB_FRAMES", "GATHER", "AUTO"])
+def test_a_subset_beyond_the_last_sample_is_cycles_own(tmp_path, method):
+    scene = build(light_energy)
+    scene.spectral_tiles.method = method
+    scene.cycles.use_sample_subset, scene.cycles.sample_offset, scene.cycles.sample_subset_length = True, 64, 4
+    found, native = (rendering.beauty(rendering.render(tmp_path, engine, 8)) for engine in rendering.ENGINES[::-1])
+    np.testing.assert_array_equal(found, native)
+
+
 def test_without_motion_blur_it_is_cycles_own_picture(tmp_path):
     scene = build(light_energy)
     scene.render.use_motion_blur = False
