@@ -28,11 +28,11 @@ class Shots:
     sampling : dict
         Settings of `scene.cycles`.
     place : callable, optional
-        Shot -> where in its pixel it is taken: two numbers in [0, 1).  By default Cycles' filter says it.
+        CellShot -> where in its pixel it is taken: two numbers in [0, 1).  By default Cycles' filter says it.
     offset : callable, optional
         The same, from the centre, in pixels; by default what `place` says.
     lens : callable, optional
-        Shot -> lens numbers.  By default the lens is left open.
+        CellShot -> lens numbers.  By default the lens is left open.
     """
 
     def __init__(self, session, frame, plan, sampling, place=None, offset=None, lens=None):

@@ -12,7 +12,7 @@ import numpy as np
 from ..cycles import shared_sequence
 from .matching import match
 from .pattern_plan import evenly_spread
-from .sub_frame_plan import Shot, by_time
+from .sub_frame_plan import CellShot, by_time
 
 
 @dataclass(frozen=True)
@@ -43,12 +43,12 @@ class CellPlan:
         return len(self.offset)
 
     def groups(self, samples):
-        """The shots of some samples (numbers) of every pixel: for each a list of `Shot`, in the order of time."""
+        """The shots of some samples (numbers) of every pixel: for each a list of `CellShot`, in the order of time."""
         found = []
         for sample in samples:
             times, points = self.t[:, :, sample], self.offset[:, :, sample]
             cells = by_time(times)
-            found.append([Shot(cell, int(points[cell]), 1, 2 * (float(times[cell]),), sample) for cell in cells])
+            found.append([CellShot(cell, int(points[cell]), 1, 2 * (float(times[cell]),), sample) for cell in cells])
         return found
 
 

@@ -14,8 +14,8 @@ import numpy as np
 from ..cycles import random_numbers
 
 
-class Shot(NamedTuple):
-    """Samples that are taken together.
+class CellShot(NamedTuple):
+    """Samples of the pixels of a cell that are taken together.
 
     Attributes
     ----------
@@ -51,7 +51,7 @@ class SubFramePlan:
         Period of the pattern, in pixels.
     length : int
         Samples of the sequence of a period.
-    groups : list of list of Shot
+    groups : list of list of CellShot
         Those of a group give each pixel the same number of samples; in the order of time, as their groups are.
     """
 
@@ -95,7 +95,7 @@ def make(samples, moments, taken, seed, one_by_one=False):
         group = []
         for cell in by_time(times):
             opening = moment[cell] / moments, (moment[cell] + 1) / moments
-            group.append(Shot(cell, int(ranks[cell]) * samples + sample, 1, opening, sample))
+            group.append(CellShot(cell, int(ranks[cell]) * samples + sample, 1, opening, sample))
         groups.append(group)
     return SubFramePlan(period, order.size * samples, groups)
 
@@ -115,7 +115,7 @@ def _whole(samples, moments, taken, one_by_one):
         opening = start / samples, end / samples
         first, last = max(start, taken.start), min(end, taken.stop)
         step = 1 if one_by_one else max(1, last - first)
-        groups += [[Shot((0, 0), sample, step, opening, sample)] for sample in range(first, last, step)]
+        groups += [[CellShot((0, 0), sample, step, opening, sample)] for sample in range(first, last, step)]
     return groups
 
 
