@@ -303,7 +303,7 @@ def _parser() -> argparse.ArgumentParser:
 
     change = commands.add_parser("flicker", help="how errors change from frame to frame, denoised, in the same time")
     change.add_argument("--scenes", nargs="+", default=FLICKERING, metavar="SCENE", help="names or .blend files")
-    change.add_argument("--samples", type=int, default=16, help="samples a pixel of each frame of ours")
+    change.add_argument("--samples", type=int, default=16, help="samples a pixel of each of Cycles' frames")
     change.add_argument("--frames", type=int, default=8, help="with a moving camera, and as many at rest")
     change.add_argument("--width", type=int, default=320, metavar="N", help="of the pictures in pixels")
     change.add_argument("--seed", type=int, default=0, help="of Cycles")

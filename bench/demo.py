@@ -31,11 +31,15 @@ _SAMPLES = 32
 
 @dataclass(frozen=True)
 class _Shown:
-    """A picture: how it was rendered, its square error pixel by pixel, and 1000 times the root of its mean by sigma."""
+    """A picture: how it was rendered, its square error pixel by pixel, and 1000 times the root of its mean by sigma.
+
+    `blurred_error` is after a Gaussian of one pixel.
+    """
 
     render: Render
     result: Result
     error: np.ndarray
+    blurred_error: np.ndarray
     errors: list[float]
 
     @property
@@ -87,7 +91,7 @@ def make(scene: SceneFile, width: int, threshold: float, reference_samples: int,
     def judged(render: Render) -> _Shown:
         result = rendered(scene, width, render)
         of_sigmas = error_maps(seen(result.pixels()), halves)
-        return _Shown(render, result, of_sigmas[0], [1000 * max(float(e.mean()), 0.0) ** 0.5 for e in of_sigmas])
+        return _Shown(render, result, *of_sigmas[:2], [1000 * max(float(e.mean()), 0.0) ** 0.5 for e in of_sigmas])
 
     ours = Render(OURS, THRESHOLD, threshold, denoise=True)
     time = picture(ours).processor
@@ -113,7 +117,8 @@ def make(scene: SceneFile, width: int, threshold: float, reference_samples: int,
         )
         for name, each in ((CYCLES, cycles), (TILES, tiles))
     ]
-    sheet = side_by_side.write(folder / "side_by_side.png", shown, cycles.error - tiles.error)
+    maps = [np.sqrt(np.maximum(each.blurred_error, 0.0)) for each in (cycles, tiles)]
+    sheet = side_by_side.write(folder / "side_by_side.png", shown, cycles.error - tiles.error, maps)
 
     rows = [
         [
@@ -141,9 +146,10 @@ def _seconds(picture: Callable, native: Callable, rule: str, value: float) -> fl
 def _caption(cycles: _Shown, tiles: _Shown) -> str:
     """Return README's picture with what it shows."""
     left, right = (f"{each.setting}, {each.result.processor:.0f} s of the processor's time" for each in (cycles, tiles))
-    alt = "The same scene by Cycles and by Spectral Tiles in the same time, with enlarged parts below"
+    alt = "The same scene by Cycles and by Spectral Tiles in the same time, enlarged parts, and their errors"
     return (
         f"![{alt}](docs/demo.jpg)\n\n"
         f"Both denoised, in the same time. Left Cycles with {left};\nright Spectral Tiles with {right}, and "
-        f"{tiles.errors[0] / cycles.errors[0]:.2f} of the error\n(root mean square; `python -m bench demo`)."
+        f"{tiles.errors[0] / cycles.errors[0]:.2f} of the error\n(root mean square; `python -m bench demo`). "
+        "Below, where either is wrong, on the same scale."
     )

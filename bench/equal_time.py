@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The setting of Cycles with which it takes as much of the processor's time as a render of ours."""
+"""The setting with which one of Cycles and ours takes as much of the processor's time as a render of the other."""
 
 from collections.abc import Callable, Sequence
 
@@ -24,7 +24,7 @@ Known = Sequence[tuple[float, float]]
 
 
 def value_in_time(rule: str, known: Known, time: float, seconds: Callable[[float], float], tries: int) -> float:
-    """Return the value with which Cycles comes nearest to a processor time.
+    """Return the value with which renders come nearest to a processor time.
 
     Parameters
     ----------
@@ -54,7 +54,7 @@ def is_near(seconds: float, time: float, within: float = SAME) -> bool:
 
 
 def samples_in(known: Known, time: float) -> int:
-    """Return how many even samples Cycles takes in about a processor time, of which they take some part."""
+    """Return how many samples fit into about a processor time, of which they take some part."""
     (count, first), *others = _nearest(known, time)
     most = first / count
     slope = (first - others[0][1]) / (count - others[0][0]) if others else most

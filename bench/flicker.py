@@ -13,8 +13,10 @@ from pathlib import Path
 
 import numpy as np
 
+from bench.equal_time import value_in_time
 from bench.jobs import AUTOMATIC, FILM_SEED, TABULATED, TILES, Settings, engine_state, images, processor_seconds
 from bench.metrics import Reference, mean_square_error
+from bench.real_renders import EVEN
 from bench.scene_files import SceneFile
 from bench.table import Progress, table
 from generator.atomic_file import written_whole
@@ -30,6 +32,9 @@ FIRST = 9
 #: Seeds of the references' two halves, far from those of measured films.
 REFERENCE_SEEDS = (70, 71)
 
+# Renders that look for our samples of the same time.
+_TRIES = 3
+
 
 @dataclass(frozen=True)
 class Effort:
@@ -38,7 +43,7 @@ class Effort:
     Attributes
     ----------
     samples : int
-        A pixel and frame, of ours; Cycles takes as many as it can in the same processor time.
+        A pixel and frame, of Cycles; ours takes as many as it can in the same processor time.
     width : int
         Of the frames, of 16:9.
     animated_seed : bool
@@ -103,11 +108,6 @@ def flicker(frames: Sequence[np.ndarray], references: Sequence[Reference], sigma
     return float(np.mean(changes))
 
 
-def samples_in_time(samples: int, seconds: float, native_seconds: float) -> int:
-    """Return how many samples native Cycles takes in the time of ours, given its time for the same number."""
-    return max(1, round(samples * seconds / native_seconds))
-
-
 def report(scenes: Sequence[SceneFile], effort: Effort, json_file: Path | None) -> str:
     """Render both films of all scenes and return the table of ratios, ours over Cycles'.
 
@@ -136,14 +136,18 @@ def _measured(scene: SceneFile, film: str, effort: Effort) -> dict:
     ours = effort.settings(film)
     numbers = effort.images(effort.seed)
     native = replace(ours, engine=AUTOMATIC, method=Settings.method, options=())
-    seconds, native_seconds = (_seconds(scene, each, numbers) for each in (ours, native))
-    in_time = samples_in_time(ours.samples, seconds, native_seconds)
-    native = replace(native, samples=in_time)
+    time = _seconds(scene, native, numbers)
+
+    def seconds(samples: float) -> float:
+        return _seconds(scene, replace(ours, samples=int(samples)), numbers)
+
+    in_time = int(value_in_time(EVEN, [(ours.samples, seconds(ours.samples))], time, seconds, _TRIES))
     references = _references(scene, film, effort)
+    ours = replace(ours, samples=in_time)
     engines = {"ours": images(scene, ours, numbers), "native": images(scene, native, numbers)}
     return {
-        "native_samples": in_time,
-        "time": seconds / _seconds(scene, native, numbers),
+        "samples": in_time,
+        "time": seconds(in_time) / time,
         "flicker": {name: [flicker(frames, references, sigma) for sigma in SIGMAS] for name, frames in engines.items()},
         "error": {
             name: [
@@ -180,7 +184,7 @@ def _table(found: dict[str, dict], effort: Effort) -> str:
             for ours, theirs in zip(figures[kind]["ours"], figures[kind]["native"], strict=True)
         ]
         ratios[name.split(", ")[1]].append(values)
-        cells = [f"{figures['native_samples']}", f"{figures['time']:.2f}"]
+        cells = [f"{figures['samples']}", f"{figures['time']:.2f}"]
         rows.append([name, *cells, *(f"{value:.2f}" for value in values)])
     for film, values in ratios.items():
         rows.append([f"median, {film}", "", "", *(f"{value:.2f}" for value in np.median(values, axis=0))])
@@ -188,12 +192,12 @@ def _table(found: dict[str, dict], effort: Effort) -> str:
     how = "animated" if effort.animated_seed else "fixed"
     changed = "".join(f", {name}={value}" for name, value in effort.options)
     title = (
-        f"Denoised, {effort.width} px wide, {effort.frames} frames, {effort.samples} samples a pixel of ours, {how} "
+        f"Denoised, {effort.width} px wide, {effort.frames} frames, {effort.samples} samples a pixel of Cycles, {how} "
         f"seed{changed}, state {engine_state()}: mean square of the error's change to the next frame, and of the "
-        "error, ours over Cycles' with as many samples as fit into the same processor time (time: what is left of "
+        "error, ours over Cycles', with as many samples as fit into the same processor time (time: what is left of "
         "the difference)"
     )
-    return f"{title}\n{table(['', 'native samples', 'time', *columns], rows)}"
+    return f"{title}\n{table(['', 'our samples', 'time', *columns], rows)}"
 
 
 def _ratio(ours: float, theirs: float) -> float:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Pictures side by side, with parts of them enlarged below."""
+"""Pictures side by side, with parts of them enlarged below, and what is wrong with them."""
 
 from collections.abc import Sequence
 from pathlib import Path
@@ -18,7 +18,16 @@ _BACKGROUND = 0.11
 _DPI = 100
 
 
-def write(path: Path, shown: Sequence[tuple[str, str, np.ndarray]], difference: np.ndarray) -> np.ndarray:
+#: Part of the pixels whose errors the scale reaches, and the colours of more and more of it.
+_SHOWN_ERRORS, _COLOURS = 0.99, "inferno"
+
+
+def write(
+    path: Path,
+    shown: Sequence[tuple[str, str, np.ndarray]],
+    difference: np.ndarray,
+    errors: Sequence[np.ndarray] | None = None,
+) -> np.ndarray:
     """Write a .png and return its pixels, RGB in [0, 1], rows from the top.
 
     Parameters
@@ -28,9 +37,15 @@ def write(path: Path, shown: Sequence[tuple[str, str, np.ndarray]], difference: 
         Title, caption and picture of each, RGB in [0, 1], all of one shape, rows from the top.
     difference : ndarray
         What differs at each pixel, rows from the bottom: parts where it is largest are enlarged.
+    errors : sequence of ndarray, optional
+        How wrong each pixel of each picture is, rows from the bottom, drawn below on one scale.
     """
     middles = _spots(difference)
     columns = [_column(picture, middles) for _, _, picture in shown]
+    if errors is not None:
+        maps = _coloured(errors)
+        gap = np.full((_MARGIN, maps[0].shape[1], 3), _BACKGROUND, np.float32)
+        columns = [np.concatenate((column, gap, each)) for column, each in zip(columns, maps, strict=True)]
     height, width = columns[0].shape[:2]
     sheet = np.full((_HEAD + height + _MARGIN, len(columns) * (width + _MARGIN) + _MARGIN, 3), _BACKGROUND, np.float32)
     lefts = [_MARGIN + i * (width + _MARGIN) for i in range(len(columns))]
@@ -45,10 +60,20 @@ def write(path: Path, shown: Sequence[tuple[str, str, np.ndarray]], difference: 
         for text, size, line in ((title, 12, 15), (caption, 9, 35)):
             x, y = left / sheet.shape[1], 1 - line / sheet.shape[0]
             figure.text(x, y, text, color="white", va="center", fontsize=size)
+        if errors is not None:
+            x, y = (left + 6) / sheet.shape[1], (_MARGIN + 10) / sheet.shape[0]
+            figure.text(x, y, "Error: the brighter, the more", color="white", va="center", fontsize=9)
     with written_whole(path) as temporary:
         figure.savefig(temporary, dpi=_DPI)
     plt.close(figure)
     return plt.imread(path)[..., :3]
+
+
+def _coloured(errors: Sequence[np.ndarray]) -> list[np.ndarray]:
+    """Return pictures of errors, RGB in [0, 1], rows from the top."""
+    most = np.quantile(errors, _SHOWN_ERRORS)
+    colours = matplotlib.colormaps[_COLOURS]
+    return [colours(np.clip(each[::-1] / most, 0.0, 1.0))[..., :3].astype(np.float32) for each in errors]
 
 
 def _spots(difference: np.ndarray) -> list[tuple[float, float]]:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What a frame uses: which of Cycles' random numbers have something to decide in it, and who catches shadows."""
+"""What a frame uses: which of Cycles' random numbers have something to decide in it, shadow catchers and volumes."""
 
 from dataclasses import dataclass
 from typing import NamedTuple
@@ -30,6 +30,8 @@ class SceneUse:
         Of the lens; 0 if it is round, or a pinhole.
     shadow_catcher : bool
         Whether any object only shows the shadows that fall on it.
+    volume : bool
+        Whether any material, or the world, has a volume.
     """
 
     motion_blur: bool
@@ -39,6 +41,7 @@ class SceneUse:
     glow: bool
     blades: int = 0
     shadow_catcher: bool = False
+    volume: bool = False
 
     @property
     def dims(self):
@@ -69,11 +72,14 @@ class Contents(NamedTuple):
         Whether any of them is not a lamp.
     shadow_catcher : bool
         Whether any object is one.
+    volume : bool
+        Whether there is one.
     """
 
     lights: int
     glow: bool
     shadow_catcher: bool
+    volume: bool
 
 
 def contents(depsgraph):
@@ -88,12 +94,14 @@ def contents(depsgraph):
 
     lamps = _lamps(depsgraph, all_of(bpy.types.Light))
     glowing, groups = 0, {}
-    for data in all_of(bpy.types.Material) + all_of(bpy.types.World):
+    shaded = all_of(bpy.types.Material) + all_of(bpy.types.World)
+    for data in shaded:
         plain = data.node_tree is None and isinstance(data, bpy.types.World) and any(data.color)
         glowing += (plain or shader_nodes.emit(data.node_tree, groups)) and _is_sampled(data)
     only_a_point = len(lamps) == 1 and not glowing and _is_point(lamps[0])
     catches = any(obj.is_shadow_catcher and obj.type != "LIGHT" for obj in all_of(bpy.types.Object))
-    return Contents(0 if only_a_point else len(lamps) + glowing, glowing > 0, catches)
+    has_volume = any(shader_nodes.have_volume(data.node_tree) for data in shaded)
+    return Contents(0 if only_a_point else len(lamps) + glowing, glowing > 0, catches, has_volume)
 
 
 def scene_use(depsgraph, found=None):
@@ -120,6 +128,7 @@ def scene_use(depsgraph, found=None):
         glow=found.glow,
         blades=camera.data.dof.aperture_blades if lens and camera.data.dof.aperture_blades >= 3 else 0,
         shadow_catcher=found.shadow_catcher,
+        volume=found.volume,
     )
 
 

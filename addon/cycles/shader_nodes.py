@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Whether the shader nodes of a material or world emit light.
+"""Whether the shader nodes of a material or world emit light, or have a volume.
 
-Nodes are judged by their kind and their sockets' values, whether or not they are connected to an output: what is said
-too often of a scene does no harm.
+Nodes that may emit are judged by their kind and their sockets' values, whether or not they are connected to an output:
+what is said too often of a scene does no harm.
 """
 
 # Strength and colour of what nodes emit.
@@ -24,6 +24,15 @@ def emit(tree, groups):
         What is known of node groups; this adds to it.
     """
     return tree is not None and any(_emits(node, groups) for node in tree.nodes if not node.mute)
+
+
+def have_volume(tree):
+    """Whether an output of a material's or world's nodes has a volume."""
+    return tree is not None and any(
+        "Volume" in node.inputs and node.inputs["Volume"].is_linked
+        for node in tree.nodes
+        if node.bl_idname in {"ShaderNodeOutputMaterial", "ShaderNodeOutputWorld"}
+    )
 
 
 def _emits(node, groups):

@@ -78,7 +78,7 @@ def _method(scene, layer, use, scene_messages):
         return Choice("CYCLES", differences=cannot_denoise)
     if not sampling.is_whole and sampling.is_even:
         return Choice("IN_PLACE")
-    if settings.distribution == "BY_NOISE" and rounds.suit(scene, layer, sampling):
+    if settings.distribution == "BY_NOISE" and rounds.suit(scene, layer, sampling, use):
         return Choice("ROUNDS")
     if reduces_noise(settings, sampling) and use.dims:
         return Choice("IN_PLACE")

@@ -2,7 +2,7 @@
 import numpy as np
 import pytest
 
-from bench.flicker import Effort, flicker, samples_in_time
+from bench.flicker import Effort, flicker
 from bench.jobs import FILM_SEED
 from bench.metrics import Reference
 
@@ -43,11 +43,6 @@ def test_independent_errors_flicker_by_twice_their_variance(chance, film):
 def test_noise_of_references_does_not_count(chance, film):
     noisy = [Reference(*(each.mean + _noise(chance, 0.1) for _ in range(2))) for each in film]
     assert flicker([each.mean for each in film], noisy, 0) == pytest.approx(0, abs=0.002)
-
-
-def test_equal_time_gives_cycles_the_samples_it_can_take():
-    assert samples_in_time(16, 3.0, 2.0) == 24
-    assert samples_in_time(1, 0.1, 2.0) == 1
 
 
 def test_films_of_other_seeds_share_no_image():

@@ -175,3 +175,16 @@ def test_thousands_of_objects_take_milliseconds():
     use = scene_use(depsgraph)
     assert time.process_time() - start < 0.1
     assert use.lights > 1
+
+
+@pytest.mark.parametrize("kind", ["material", "world"])
+def test_volumes_are_found(kind):
+    rendering.empty_scene()
+    rendering.add_plane(2, rendering.diffuse())
+    rendering.set_world((0.1, 0.1, 0.1))
+    assert not found().volume
+    owner = bpy.context.scene.world if kind == "world" else bpy.data.objects["Plane"].data.materials[0]
+    tree = owner.node_tree
+    output = next(node for node in tree.nodes if "Volume" in node.inputs)
+    tree.links.new(tree.nodes.new("ShaderNodeVolumeScatter").outputs[0], output.inputs["Volume"])
+    assert found().volume
