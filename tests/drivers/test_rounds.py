@@ -136,6 +136,20 @@ def test_even_picture_is_cycles_own(extension, tmp_path, monkeypatch):
     np.testing.assert_allclose(ours, native, rtol=1e-4, atol=1e-5)
 
 
+@pytest.mark.parametrize(("samples", "is_native"), [(16, True), (64, False)])
+def test_few_samples_of_a_volume_are_cycles_own(extension, tmp_path, samples, is_native):
+    noisy_scene()
+    rendering.set_world((0.1, 0.1, 0.1))
+    tree = bpy.context.scene.world.node_tree
+    output = next(node for node in tree.nodes if node.bl_idname == "ShaderNodeOutputWorld")
+    scatter = tree.nodes.new("ShaderNodeVolumeScatter")
+    scatter.inputs["Density"].default_value = 0.05
+    tree.links.new(scatter.outputs[0], output.inputs["Volume"])
+    ours, native = (rendering.beauty(rendering.render(tmp_path, engine, samples)) for engine in rendering.ENGINES[::-1])
+    assert np.array_equal(ours, native) is is_native
+    assert ours.mean() == pytest.approx(native.mean(), rel=0.1)
+
+
 def test_a_pixel_of_more_samples_is_what_cycles_makes_of_so_many(extension, tmp_path, monkeypatch):
     monkeypatch.setattr(costs, "_CALL", 10)
     rendering.empty_scene(96, 64)
