@@ -41,11 +41,8 @@ def write(
         How wrong each pixel of each picture is, rows from the bottom, drawn below on one scale.
     """
     middles = _spots(difference)
-    columns = [_column(picture, middles) for _, _, picture in shown]
-    if errors is not None:
-        maps = _coloured(errors)
-        gap = np.full((_MARGIN, maps[0].shape[1], 3), _BACKGROUND, np.float32)
-        columns = [np.concatenate((column, gap, each)) for column, each in zip(columns, maps, strict=True)]
+    maps = [[]] * len(shown) if errors is None else [[each] for each in _coloured(errors)]
+    columns = [_column(picture, middles, *below) for (_, _, picture), below in zip(shown, maps, strict=True)]
     height, width = columns[0].shape[:2]
     sheet = np.full((_HEAD + height + _MARGIN, len(columns) * (width + _MARGIN) + _MARGIN, 3), _BACKGROUND, np.float32)
     lefts = [_MARGIN + i * (width + _MARGIN) for i in range(len(columns))]
@@ -90,8 +87,8 @@ def _spots(difference: np.ndarray) -> list[tuple[float, float]]:
     return found
 
 
-def _column(picture: np.ndarray, middles: list[tuple[float, float]]) -> np.ndarray:
-    """Return a picture over its enlarged crops, which share its width."""
+def _column(picture: np.ndarray, middles: list[tuple[float, float]], *others: np.ndarray) -> np.ndarray:
+    """Return a picture over its enlarged crops, which share its width, and over others of that width."""
     height, width = picture.shape[:2]
     edge = (width - (len(middles) - 1) * _MARGIN) // len(middles) // _ZOOM
     edge = min(edge, height)
@@ -100,4 +97,4 @@ def _column(picture: np.ndarray, middles: list[tuple[float, float]]) -> np.ndarr
         left = i * (edge * _ZOOM + _MARGIN)
         below[:, left : left + edge * _ZOOM] = crop(picture, middle, edge).repeat(_ZOOM, 0).repeat(_ZOOM, 1)
     gap = np.full((_MARGIN, width, 3), _BACKGROUND, np.float32)
-    return np.concatenate((picture, gap, below))
+    return np.concatenate((picture, gap, below, *(part for other in others for part in (gap, other))))

@@ -61,7 +61,7 @@ _CAUTION = 0.75
 
 # By how much rates have to promise less error than the same samples everywhere: so much over the samples that tell.
 # Halves of a few flatter them, as where there are edges, which soon err less than these tell (16 samples in seven files
-# and scenes: where 4 promised .83 to .96, errors were 1.04 to 1.6; where .7 or less, .6 to 1.06).
+# and scenes: where 4 promised .83 to .96, errors were .93 to 1.6; where .7 or less, .6 to 1.06).
 _FLATTERY = 0.8
 
 # How often a plan is made until its calls and samples together fill the time: fewer samples want fewer calls.
