@@ -70,13 +70,6 @@ class SpectralTilesSettings(bpy.types.PropertyGroup):
         options=set(),
         override=_OVERRIDABLE,
     )
-    noise_reduction: BoolProperty(
-        name="Noise Reduction",
-        description="Subtract the noise that the random numbers explain, without blur or bias, at few samples; "
-        "by the methods In Place and Gather, where these are chosen",
-        default=True,
-        override=_OVERRIDABLE,
-    )
     pattern: EnumProperty(
         name="Pattern",
         description="Pattern of sample parameters that is repeated over the image",

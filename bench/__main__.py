@@ -80,7 +80,7 @@ def _timed(scenes: Sequence[str], settings: Settings, pairs: int) -> str:
 
 def _quality(options: argparse.Namespace) -> str:
     size = (256, 256) if options.quick else (512, 512)
-    settings = Settings(size=size, bounces=options.bounces, method=options.method, raw=options.raw)
+    settings = Settings(size=size, bounces=options.bounces, method=options.method)
     samples, seeds = ((1,), 2) if options.quick else (options.samples, options.seeds)
     scenes = [scene_file(name) for name in options.scenes]
     return quality.report(scenes, settings, samples, range(seeds), _reference_samples(options), options.native_only)
@@ -252,7 +252,6 @@ def _parser() -> argparse.ArgumentParser:
     over_scenes.add_argument("--samples", type=_counts, default=(1, 2, 4, 16), help="samples a pixel, as in 1,2,4,16")
     over_scenes.add_argument("--bounces", type=_bounces, default=None, help="'own' (the scene's) or a number")
     over_scenes.add_argument("--seeds", type=int, default=4, help="images of each and sample count")
-    over_scenes.add_argument("--raw", action="store_true", help="without noise reduction")
     over_scenes.add_argument("--native-only", action="store_true", help=f"only {AUTOMATIC} against Tabulated Sobol")
     over_scenes.set_defaults(run=_quality)
 

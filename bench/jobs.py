@@ -55,8 +55,6 @@ class Settings:
         Whether the scene is brought to rest, and what counts as seeds elsewhere are the frames of its animation.
     gaussian : float
         Standard deviation in pixels of a Gaussian pixel filter, 0 for a box of one pixel.
-    raw : bool
-        Whether the noise stays in that control variates would take out.
     film : str
         ``"moving"`` or ``"at_rest"``: what counts as seeds elsewhere are the frames (see `FILM_SEED`) of the scene's
         own animation, with a camera that moves in any case, or of the scene brought to rest. Empty for single pictures.
@@ -76,7 +74,6 @@ class Settings:
     denoise: bool = False
     still: bool = False
     gaussian: float = 0.0
-    raw: bool = False
     film: str = ""
     fixed_seed: bool = False
     options: tuple[tuple[str, str], ...] = ()
@@ -182,7 +179,7 @@ def result_path(scene: SceneFile, settings: Settings, name: str) -> Path:
         parts.append(f"from_{settings.first_sample}")
     if settings.gaussian:
         parts.append(f"gaussian_{settings.gaussian}")
-    parts += [name for name in ("denoise", "raw", "fixed_seed") if getattr(settings, name)]
+    parts += [name for name in ("denoise", "fixed_seed") if getattr(settings, name)]
     parts += [settings.film] if settings.film else []
     parts += [f"{name}_{value}" for name, value in settings.options]
     return CACHE / "images" / blender_version() / f"{scene.name}-{scene.key}" / "-".join((*parts, name))

@@ -97,7 +97,6 @@ def prepare(scene: bpy.types.Scene, settings: dict) -> None:
     _use_engine(scene, settings["engine"], settings["tile"], settings["method"])
     if settings["engine"] == TILES:
         ours = scene.spectral_tiles
-        ours.noise_reduction = not settings["raw"]
         ours.distribution = "EVEN"
         ours.filter = "GAUSSIAN" if settings["gaussian"] else "AS_CYCLES"
         if settings["gaussian"]:

@@ -20,7 +20,6 @@ pytestmark = pytest.mark.skipif(not Path("/proc/self/statm").exists(), reason="L
 #: What renders are like: how they are rendered then, samples a pixel, and settings of ours.
 WAYS = (
     ("CYCLES", 1, {}),
-    ("IN_PLACE", 1, {"method": "IN_PLACE"}),
     ("ROUNDS", 16, {}),
     ("GATHER", 2, {"method": "GATHER"}),
     ("GATHER", 2, {"filter": "GAUSSIAN"}),

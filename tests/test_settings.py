@@ -47,7 +47,7 @@ def test_what_can_be_animated():
 def test_names_that_farms_and_scripts_rely_on():
     names = {prop.identifier for prop in own_properties()}
     assert names == {
-        "enabled", "method", "distribution", "noise_reduction", "pattern", "pattern_path", "filter", "filter_width",
+        "enabled", "method", "distribution", "pattern", "pattern_path", "filter", "filter_width",
         "filter_b", "filter_c", "sub_frames",
     }  # fmt: skip
     items = {name: set(settings().bl_rna.properties[name].enum_items.keys()) for name in ("method", "distribution")}

@@ -41,8 +41,6 @@ _DIVIDED = {
     for part in ("Direct", "Indirect")
 }
 
-_RADIANCE = {"Combined", "Noisy Image", "Volume Direct", "Volume Indirect", "Ambient Occlusion"}
-
 #: The largest sum of samples: Cycles has it in Denoising Depth where any sample hit nothing (`denoising_passes.h`).
 LARGEST_SUM = np.finfo(np.float32).max
 
@@ -64,11 +62,6 @@ def divisor_of(key, passes, kinds):
         return None
     found = divisor(key[0]), key[1]
     return found if found in passes and passes[found].shape == passes[key].shape else None
-
-
-def is_radiance(name):
-    """Whether a pass of colour or divided light, as Cycles names it, holds radiance that comes from samples' luck."""
-    return name in _DIVIDED or name in _RADIANCE or name.startswith("Combined_")
 
 
 def kind(name, aov=None):

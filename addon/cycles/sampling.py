@@ -104,6 +104,6 @@ def exactly(samples, seed=None):
         "sampling_pattern": "BLUE_NOISE",
         # Cycles' own tiles reach the result only when all layers are done, so there shall be one.
         "tile_size": LARGEST,
-        # Cycles' denoiser is called once pixels are in order and Noise Reduction is done.
+        # Cycles' denoiser is called once all pixels are there and in order.
         "use_denoising": False,
     }

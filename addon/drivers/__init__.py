@@ -2,14 +2,15 @@
 """How Cycles is called: the methods, each a way from the description of a frame to a picture."""
 
 from ..blender.refusal import Refused
-from ..cycles import custom_camera
+from ..cycles import custom_camera, passes
 from ..cycles import session as cycles_session
 from ..farm import layers
-from . import choice, frame, gather, in_place, rounds, steps, sub_frames
+from . import choice, frame, gather, rounds, steps, sub_frames
 
 __all__ = ["choice", "frame", "gather", "render", "rounds", "shots", "steps"]
 
-_METHODS = {"IN_PLACE": in_place, "GATHER": gather, "ROUNDS": rounds, "SUB_FRAMES": sub_frames}
+# Each renders a `Frame` by a `Session`, and returns a `Picture`, and `farm.layers.facts` of it.
+_METHODS = {"GATHER": gather.render, "ROUNDS": rounds.render, "SUB_FRAMES": sub_frames.render}
 
 
 def render(engine, depsgraph, render_by_cycles):
@@ -35,11 +36,13 @@ def render(engine, depsgraph, render_by_cycles):
         raise Refused(chosen.refusals[0])
     method = _METHODS.get(chosen.method)
     if method is None:
+        if not described.sampling.is_whole and passes.can_be_mixed(layer):
+            passes.add_divisors(engine, layer)
         # Blender may free the evaluated layer.
         facts = layers.facts(described, layer.name)
         render_by_cycles(engine, depsgraph)
     else:
         with cycles_session.Session(engine, depsgraph) as session:
-            picture, facts = method.render(session, described)
+            picture, facts = method(session, described)
             steps.finish(session, described, picture)
     layers.stamp(engine, facts)

@@ -7,7 +7,6 @@ from ..blender.refusal import Refused
 from ..cycles import denoiser
 from ..cycles.sampling import Sampling, is_tiled
 from . import gather, rounds, sub_frames
-from .frame import reduces_noise
 
 
 @dataclass(frozen=True)
@@ -17,7 +16,7 @@ class Choice:
     Attributes
     ----------
     method : str
-        CYCLES (its own render, as if nobody had asked), IN_PLACE, ROUNDS, GATHER or SUB_FRAMES.
+        CYCLES (its own render, as if nobody had asked), ROUNDS, GATHER or SUB_FRAMES.
     refusals : tuple of str
         Why it will not be rendered: of what was chosen by hand.
     differences : tuple of str
@@ -76,12 +75,8 @@ def _method(scene, layer, use, scene_messages):
         return Choice("GATHER", refusals or tuple(scene_messages()))
     if cannot_denoise:
         return Choice("CYCLES", differences=cannot_denoise)
-    if not sampling.is_whole and sampling.is_even:
-        return Choice("IN_PLACE")
     if settings.distribution == "BY_NOISE" and rounds.suit(scene, layer, sampling, use):
         return Choice("ROUNDS")
-    if reduces_noise(settings, sampling) and use.dims:
-        return Choice("IN_PLACE")
     return Choice("CYCLES")
 
 

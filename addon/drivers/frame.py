@@ -9,7 +9,6 @@ from ..blender.region import Region
 from ..cycles import denoiser, passes
 from ..cycles.sampling import Sampling
 from ..cycles.scene_analysis import SceneUse, scene_use
-from ..picture.control_variates import MOST_SAMPLES
 from ..picture.reconstruction import Filter
 from ..plan import patterns
 
@@ -28,8 +27,6 @@ class Frame:
     sampling : Sampling
         Of Cycles.
     denoise : bool
-    noise_reduction : bool
-        Whether noise that the random numbers explain is to be subtracted.
     pattern : str
         Name of the pattern, as `scene.spectral_tiles.pattern` has it.
     tile : generator.Tile or None
@@ -47,7 +44,6 @@ class Frame:
     use: SceneUse
     sampling: Sampling
     denoise: bool
-    noise_reduction: bool
     pattern: str
     tile: object
     filter: Filter | None
@@ -67,7 +63,6 @@ class Frame:
             use=use,
             sampling=sampling,
             denoise=denoiser.wanted(scene, layer),
-            noise_reduction=reduces_noise(settings, sampling),
             pattern=settings.pattern,
             tile=pattern_tile(scene, use.dims),
             filter=None
@@ -76,17 +71,6 @@ class Frame:
             sub_frames=moments(scene, layer),
             aovs=passes.aov_types(layer),
         )
-
-
-def reduces_noise(settings, sampling):
-    """Whether noise that the random numbers explain is to be subtracted, by our settings and Cycles' sampling.
-
-    Never by the method Automatic: on real files it is not worth its time and memory (docs/measurements.md).
-    """
-    # Whoever chose a pattern wants to see what it does.
-    is_wanted = settings.noise_reduction and settings.pattern == "AUTO" and sampling.is_even and sampling.is_whole
-    at_a_time = 1 if settings.filter != "AS_CYCLES" else sampling.samples
-    return is_wanted and settings.method != "AUTO" and at_a_time <= MOST_SAMPLES
 
 
 def moments(scene, layer):

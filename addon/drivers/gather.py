@@ -94,7 +94,7 @@ CHECKS = (
 
 
 def render(session, frame):
-    """Render a frame; as `in_place.render`."""
+    """Render a frame."""
     engine = session.engine
     views = osl_camera.views(engine, session.scene)
     engine.update_stats("", "Planning samples")
@@ -106,7 +106,6 @@ def render(session, frame):
         engine.add_pass("Position", 3, "XYZ", layer=session.layer_name)
     if frame.filter or not frame.sampling.is_whole:
         passes.add_divisors(engine, session.layer)
-    clean = steps.noise_reduction(frame, plan)
     with (
         tempfile.TemporaryDirectory(prefix="spectral_tiles_", dir=bpy.app.tempdir) as folder,
         dicing.user_camera(session, [view.camera for view in views.values()]),
@@ -116,11 +115,10 @@ def render(session, frame):
         session.set_sampling(**_sampling(frame, plan.seed))
         session.write(lambda written: osl_camera.replace(written, session.scene, views, frame.region, image))
         if frame.filter:
-            picture = _filtered(session, frame, plan, clean, views)
+            picture = _filtered(session, frame, plan, views)
         else:
             engine.shown = InOrder(frame.region, plan)
             picture = _in_order(session, plan, views)
-            picture = steps.without_noise(session, picture, clean, 0, frame.sampling.samples)
     return picture, layers.facts(frame, session.layer_name, plan)
 
 
@@ -157,7 +155,7 @@ def _in_order(session, plan, views):
     return picture.moved(plan.film)
 
 
-def _filtered(session, frame, plan, clean, views):
+def _filtered(session, frame, plan, views):
     """A call for each sample: light of each goes through the filter, data are those of the first, or means."""
     limit, begun, seed = frame.sampling.time_limit, time.monotonic(), frame.sampling.frame_seed
     first, sums, taken = None, None, 0
@@ -169,7 +167,7 @@ def _filtered(session, frame, plan, clean, views):
         session.write(lambda _, where=where: osl_camera.set_first_position(views, where))
         session.set_sampling(use_sample_subset=True, sample_offset=sample, sample_subset_length=1)
         picture = _in_order(session, plan, views)
-        light = steps.without_noise(session, picture, clean, sample, 1).light
+        light = picture.light
         sums = sums or Reconstruction(frame.filter, *light.shape)
         taken = sample + 1
         first = mean_data(first, picture, taken) if first else picture

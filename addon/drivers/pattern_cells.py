@@ -32,7 +32,7 @@ def check_count(scene, layer):
 
 
 def render(session, frame):
-    """Render a frame; as `in_place.render`."""
+    """Render a frame."""
     tile, use, sampled = aperture.fitted(frame.tile, frame.use.blades), frame.use, frame.sampling
     dims = tuple(name for name in use.dims if name in tile.dims)
     plan = cell_plan.following(tile, dims, sampled.samples, sampled.frame_seed % 2**31)

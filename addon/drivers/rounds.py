@@ -21,7 +21,6 @@ from ..farm import layers
 from ..picture.accumulation import Accumulation
 from ..plan import rounds
 from ..plan.costs import Costs, Counted
-from ..plan.sample_plan import Plan
 from . import steps
 
 # Seconds, for each thread, of the samples that tell where they take long.  If it is less, a picture takes a second or
@@ -57,10 +56,9 @@ def suit(scene, layer, sampling, use):
 
 
 def render(session, frame):
-    """Render a frame; returns picture and facts as `in_place.render`."""
+    """Render a frame."""
     begun = time.perf_counter()
     engine, sampled = session.engine, frame.sampling
-    plan = Plan.in_place(sampled.frame_seed, frame.region)
     passes.add_divisors(engine, session.layer)
     steps.add_guides(session, frame)
     rise = rounds.DENOISED if frame.denoise else rounds.NOISY
@@ -72,7 +70,7 @@ def render(session, frame):
     # Rates change the mean, for samples where there is much noise take longer: a goal is what even samples would be.
     mean = goal.samples if goal.is_mean else growing.sums.counts.mean()
     has_parts = frame.denoise and mean >= _LEAST_WITH_PARTS
-    return growing.sums.picture(has_parts), layers.facts(frame, session.layer_name, plan)
+    return growing.sums.picture(has_parts), layers.facts(frame, session.layer_name)
 
 
 def grown(session, goal, elapsed, light="Combined", denoising=None):

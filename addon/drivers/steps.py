@@ -7,8 +7,7 @@ import numpy as np
 
 from ..blender import failure
 from ..cycles import denoiser, passes
-from ..picture import control_variates, denoiser_bias
-from ..picture.nonnegative import nonnegative
+from ..picture import denoiser_bias
 from ..picture.picture import Picture
 
 # Side of a picture that tells how long it takes to put back what the denoiser was wrong to take.
@@ -44,25 +43,6 @@ def set_prefilter(session, errors):
     session.set_sampling(denoising_prefilter=denoiser.prefilter(session.original_scene, *errors))
 
 
-def noise_reduction(frame, plan):
-    """What subtracts the noise that the numbers of a plan explain, of `control_variates.of_picture`; or None."""
-    if not frame.noise_reduction:
-        return None
-    return control_variates.of_picture(frame.use, plan, frame.region, frame.sampling.samples)
-
-
-def without_noise(session, picture, clean, first, count):
-    """The picture of some samples without the noise that `clean` subtracts, if it is given.
-
-    Only of its first view: Cycles' numbers in the others are not those of the plan.
-    """
-    # A cancelled picture has not all of the samples whose numbers are known.
-    if clean is None or session.engine.test_break():
-        return picture
-    seen = picture.of_view(picture.first_view)
-    return picture.with_passes(clean(seen, first, count).passes)
-
-
 def finish(session, frame, picture):
     """Make a picture the engine's result, denoised if its frame says so.
 
@@ -76,13 +56,10 @@ def finish(session, frame, picture):
         return
     engine.update_stats("", "Denoising")
     try:
-        noisy = picture.with_light_of(
-            {key: nonnegative(picture.light_of(key)[:3]) for key in picture.passes if key[0] == passes.NOISY}
-        )
-        if noisy.errors:
-            set_prefilter(session, noisy.errors)
-        clean = denoiser.denoise(session.scene, session.original_layer, frame.region, noisy.passes)
-        clean = _without_bias(noisy, clean)
+        if picture.errors:
+            set_prefilter(session, picture.errors)
+        clean = denoiser.denoise(session.scene, session.original_layer, frame.region, picture.passes)
+        clean = _without_bias(picture, clean)
     except denoiser.FAILURES as error:
         failure.report(engine, f"Cannot denoise: {error}", "WARNING")
     else:

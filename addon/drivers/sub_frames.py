@@ -60,7 +60,7 @@ CHECKS = (_check_camera, _check_passes, _check_culling, pattern_cells.check_coun
 
 
 def render(session, frame):
-    """Render a frame; as `in_place.render`."""
+    """Render a frame."""
     steps.add_guides(session, frame)
     passes.add_divisors(session.engine, session.layer)
     if frame.tile is not None:

@@ -6,7 +6,6 @@ import os
 import bpy
 
 from ..cycles import custom_camera, scene_analysis
-from ..cycles.sampling import Sampling
 from ..drivers import choice, frame
 
 # What was found in a view layer, by name and depsgraph.  Finding it takes milliseconds in a scene of thousands of
@@ -58,11 +57,9 @@ def sentence(scene, layer):
         return f"Spreads every sample by the filter {_name_of(settings, 'filter')}"
     if how.method == "GATHER" and settings.pattern != "AUTO":
         return f"Samples follow the pattern {_name_of(settings, 'pattern')}"
-    is_reduced = frame.reduces_noise(settings, Sampling.of_layer(scene, layer))
     return {
         "CYCLES": "Leaves this frame to Cycles",
         "ROUNDS": "Takes more samples where this frame is noisy, if that is worth it",
-        "IN_PLACE": f"Optimized for {noise_sources(use)}" if is_reduced else "Takes Cycles' own samples",
         "GATHER": f"Optimized for {noise_sources(use)}",
         "SUB_FRAMES": _sub_frames_sentence(scene, layer),
     }[how.method]

@@ -59,9 +59,6 @@ class SPECTRAL_TILES_PT_advanced(CyclesButtonsPanel, bpy.types.Panel):
         row = layout.row()
         row.active = settings.method in {"AUTO", "IN_PLACE"}
         row.prop(settings, "distribution")
-        row = layout.row()
-        row.active = settings.method == "GATHER" or (settings.method == "IN_PLACE" and not _is_spread(context))
-        row.prop(settings, "noise_reduction")
         row = layout.row(align=True)
         row.prop(settings, "pattern")
         row.operator("spectral_tiles.generate_pattern", text="", icon="ADD")
@@ -75,12 +72,6 @@ class SPECTRAL_TILES_PT_advanced(CyclesButtonsPanel, bpy.types.Panel):
         if settings.filter == "MITCHELL_NETRAVALI":
             layout.prop(settings, "filter_b")
             layout.prop(settings, "filter_c")
-
-
-def _is_spread(context):
-    """Whether this frame's samples will be spread by noise."""
-    how = forecast.chosen(context.scene, context.view_layer)
-    return how is not None and how.method == "ROUNDS"
 
 
 def _draw_making(layout):

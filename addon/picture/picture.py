@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ..cycles.passes import LARGEST_SUM, NOISY, Kind, divisor_of, is_radiance
+from ..cycles.passes import LARGEST_SUM, NOISY, Kind, divisor_of
 from ..plan.sample_plan import scattered
 from . import cryptomatte
 
@@ -47,18 +47,6 @@ class Picture:
         """Keys of all passes that a filter may spread and a mean may mix as light."""
         return self.of_kind(Kind.COLOUR, Kind.DIVIDED)
 
-    @property
-    def radiance_keys(self):
-        """Keys of those of them that hold radiance of the scene, in red, green and blue."""
-        return [key for key in self.light_keys if is_radiance(key[0]) and self.passes[key].shape[1] >= 3]
-
-    @property
-    def opacity(self):
-        """How opaque the film is, (height, width), or None if no pass tells."""
-        width, height = self.size
-        combined = next((pixels for key, pixels in self.passes.items() if key[0] == "Combined"), None)
-        return None if combined is None else combined[:, 3].reshape(height, width)
-
     def light_of(self, key):
         """A pass as light, what Cycles divided multiplied again: (channels, height, width)."""
         width, height = self.size
@@ -98,10 +86,6 @@ class Picture:
         """The picture of so many samples, whose sums are no larger than Cycles' can be."""
         most = LARGEST_SUM / np.float32(count)
         return self.with_passes({key: np.minimum(self.passes[key], most) for key in self.of_kind(Kind.MEAN)})
-
-    def of_view(self, view):
-        """The passes of one view."""
-        return replace(self, passes={key: pixels for key, pixels in self.passes.items() if key[1] == view})
 
     @property
     def first_view(self):

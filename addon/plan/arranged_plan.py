@@ -106,7 +106,7 @@ def _arrange(sources, region, samples, seed, is_cancelled):
     if not sources:
         return plan
     planned = min(samples, MOST_PLANNED)
-    weighed = error_modes(sources, planned, _MODES, _CONSIDERED)
+    weighed = _error_modes(sources, planned, _MODES, _CONSIDERED)
 
     def fill(window):
         if is_cancelled():
@@ -128,7 +128,7 @@ def _arrange(sources, region, samples, seed, is_cancelled):
 
 
 @functools.cache
-def error_modes(sources, samples, count, considered):
+def _error_modes(sources, samples, count, considered):
     """The modes in which pixels differ most, as `modes.features` takes them.
 
     Parameters
@@ -145,7 +145,7 @@ def error_modes(sources, samples, count, considered):
     return modes.strongest(likely, numbers(likely, ranks, samples, samples), count)
 
 
-def numbers(chosen, ranks, samples, sequence, first=0):
+def numbers(chosen, ranks, samples, sequence):
     """What modes depend on, at some samples of each pixel's share of the sequence.
 
     Parameters
@@ -154,15 +154,15 @@ def numbers(chosen, ranks, samples, sequence, first=0):
         Modes.
     ranks : uint32 array
         Of the pixels (`random_numbers.pixel_ranks`).
-    samples, sequence, first : int
-        How many samples, of how many, from which on.
+    samples, sequence : int
+        How many samples, of how many.
 
     Returns
     -------
     dict of str to uint8 array, shape (samples, *ranks.shape)
         Leading bytes of the numbers, by dimension (`aperture.leading_bytes`).
     """
-    steps = np.arange(first, first + samples, dtype=np.uint32).reshape(-1, *(1,) * ranks.ndim)
+    steps = np.arange(samples, dtype=np.uint32).reshape(-1, *(1,) * ranks.ndim)
     index = ranks * np.uint32(sequence) + steps
     dims = {name for mode in chosen for name, _ in mode}
     return aperture.leading_bytes(dims, lambda own: random_numbers.leading_bytes(index, own))

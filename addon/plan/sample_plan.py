@@ -9,9 +9,6 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from ..blender.region import bands
-from ..cycles import random_numbers
-
 # A region of more pixels than this has samples enough to be moved about for every seed and frame: its plan is made
 # once.  A smaller one is soon made, and would show the same few samples again and again.
 _LARGE = 256 * 256
@@ -68,21 +65,6 @@ class Plan:
         row *= np.int32(self.width)
         row += column
         return replace(self, film=row)
-
-    def ranks_at_film(self, region):
-        """Which part of Cycles' sequence each film pixel of a region (Region) gets.
-
-        Returns
-        -------
-        uint32 array, shape (height, width)
-            As of `random_numbers.pixel_ranks`.
-        """
-        x, y = (np.arange(size) + corner for size, corner in zip(region.size, region.corner, strict=True))
-        ranks = np.empty(self.film.size, np.uint32)
-        for band in bands(len(y)):
-            served = self.film[band.start * self.width : band.stop * self.width]
-            ranks[served] = random_numbers.pixel_ranks(x[None, :], y[band, None], self.seed).ravel()
-        return ranks.reshape(len(y), len(x))
 
 
 def scattered(pixels, film):

@@ -58,10 +58,8 @@ def test_is_cycles_own_denoising(tmp_path, settings):
     assert np.abs(ours["Combined", ""] - passes["Noisy Image", ""]).max() > 0.05
 
 
-@pytest.mark.parametrize(("method", "samples"), [("IN_PLACE", 1), ("AUTO", 16)])
-def test_error_is_no_more_than_native_denoised(tmp_path, method, samples):
-    scene = build_scene()
-    scene.spectral_tiles.method = method
+def test_error_is_no_more_than_native_denoised(tmp_path):
+    scene, samples = build_scene(), 16
     scene.cycles.use_denoising = False
     reference = rendering.beauty(rendering.render(tmp_path, "CYCLES", samples=1024))
     scene.cycles.use_denoising = True
@@ -71,7 +69,7 @@ def test_error_is_no_more_than_native_denoised(tmp_path, method, samples):
             passes = rendering.render(tmp_path, engine, samples, seed=seed)
             noisy = passes["ViewLayer.Noisy Image"] - reference
             clean = rendering.beauty(passes) - reference
-            assert np.mean(clean**2) < (0.3 if samples == 1 else 1.0) * np.mean(noisy**2)
+            assert np.mean(clean**2) < np.mean(noisy**2)
             errors[engine].append(np.mean(clean**2))
     ratio = np.mean(errors["SPECTRAL_TILES"]) / np.mean(errors["CYCLES"])
     spread = ratio * np.sqrt(sum(np.var(error, ddof=1) / len(error) / np.mean(error) ** 2 for error in errors.values()))

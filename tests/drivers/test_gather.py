@@ -55,7 +55,6 @@ def test_what_would_differ_is_refused_by_hand_and_rendered_by_itself(tmp_path, c
     with pytest.raises(RuntimeError, match=reason):
         rendering.render(tmp_path, "SPECTRAL_TILES")
     scene.spectral_tiles.method = "AUTO"
-    scene.spectral_tiles.noise_reduction = False
     ours, native = (rendering.beauty(rendering.render(tmp_path, engine)) for engine in rendering.ENGINES[::-1])
     assert np.array_equal(ours, native)
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The method In Place: Cycles' own pictures, but for the noise that is known."""
+"""The method In Place: Cycles' own pictures."""
 
 import bpy
 import numpy as np
@@ -65,11 +65,10 @@ CHANGES = {
 
 
 @pytest.mark.parametrize("change", CHANGES)
-def test_without_noise_reduction_it_is_cycles(tmp_path, change):
+def test_it_is_cycles(tmp_path, change):
     """All passes, to the bit."""
     scene = build_scene()
     CHANGES[change](scene)
-    scene.spectral_tiles.noise_reduction = False
     ours, native = (rendering.render(tmp_path, engine, 2, seed=3) for engine in ("SPECTRAL_TILES", "CYCLES"))
     assert ours.keys() == native.keys()
     for name, pixels in native.items():
@@ -101,29 +100,6 @@ def test_it_serves_where_samples_cannot_be_moved(tmp_path, change, reason):
     ours, native = (rendering.beauty(rendering.render(tmp_path, engine, 16)) for engine in rendering.ENGINES[::-1])
     # In so small a picture rounds complete it evenly, by other sums of the same samples.
     np.testing.assert_allclose(ours, native, rtol=1e-4, atol=1e-6)
-
-
-@pytest.mark.parametrize("change", ["nothing", "custom lens", "rolling shutter"])
-def test_explained_noise_goes_and_the_expectation_stays(tmp_path, change):
-    scene = build_scene(1)
-    scene.render.resolution_x, scene.render.resolution_y = 64, 48
-    CHANGES[change](scene)
-    native = rendering.stack(tmp_path, "CYCLES", range(24))
-    ours = rendering.stack(tmp_path, "SPECTRAL_TILES", range(100, 124))
-    rendering.assert_same_expectation(ours, native, block=8)
-    assert ours.var(axis=0).mean() < 0.7 * native.var(axis=0).mean()
-
-
-def test_each_seed_is_heeded(tmp_path):
-    """With persistent data, too: numbers that were not those of the picture would explain nothing."""
-    scene = build_scene(1)
-    scene.render.resolution_x, scene.render.resolution_y = 64, 48
-    pictures = {}
-    for scene.render.use_persistent_data in (False, True):
-        for seed in (1, 2, 1):
-            found = rendering.beauty(rendering.render(tmp_path, "SPECTRAL_TILES", 1, seed))
-            assert np.array_equal(found, pictures.setdefault(seed, found))
-    assert not np.array_equal(pictures[1], pictures[2])
 
 
 @pytest.mark.parametrize(("name", "value"), [("pattern", "SPECTRAL"), ("filter", "GAUSSIAN")])

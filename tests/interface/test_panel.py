@@ -64,7 +64,7 @@ def test_the_sentence_follows_the_settings():
     assert told(scene) == "Spreads every sample by the filter Lanczos"
 
 
-@pytest.mark.parametrize("method", ["CYCLES", "ROUNDS", "IN_PLACE", "GATHER", "SUB_FRAMES"])
+@pytest.mark.parametrize("method", ["CYCLES", "ROUNDS", "GATHER", "SUB_FRAMES"])
 def test_a_sentence_for_every_method(monkeypatch, method):
     """Short, and without figures of what is measured or guessed."""
     scene = build_scene()
@@ -198,7 +198,7 @@ def test_presets():
     assert found.keys() == {"Default.py", "Spectral_Pattern.py"}
     run = {"menu_idname": "SPECTRAL_TILES_PT_presets"}
     bpy.ops.script.execute_preset(filepath=found["Spectral_Pattern.py"], **run)
-    assert (settings.method, settings.pattern, settings.noise_reduction) == ("GATHER", "SPECTRAL", False)
+    assert (settings.method, settings.pattern) == ("GATHER", "SPECTRAL")
     settings.filter, settings.filter_b, settings.sub_frames = "MITCHELL_NETRAVALI", 0.1, 99
     bpy.ops.script.execute_preset(filepath=found["Default.py"], **run)
     assert advanced(settings) == defaults and settings.enabled

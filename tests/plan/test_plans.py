@@ -123,7 +123,10 @@ def test_pixels_at_the_edge_see_all_numbers_alike():
     seen, wave = region(24, 24), (("light.u", 2),)
     means = []
     for seed in range(400):
-        ranks = arranged_plan.make(lights, seen, 2, 5 * seed).ranks_at_film(seen)
+        plan = arranged_plan.make(lights, seen, 2, 5 * seed)
+        rows, columns = np.divmod(np.arange(seen.pixels), plan.width)
+        ranks = np.empty((24, 24), np.uint32)
+        ranks.flat[plan.film] = random_numbers.pixel_ranks(columns, rows, plan.seed)
         (found,) = modes.waves([wave], arranged_plan.numbers([wave], ranks, 2, 2))
         means.append((found[0].mean(), found[1].mean()))
     error = np.mean(means, axis=0) / (np.std(means, axis=0) / len(means) ** 0.5)

@@ -5,7 +5,6 @@ settings = bpy.context.scene.spectral_tiles
 settings.method = "AUTO"
 settings.sub_frames = 16
 settings.distribution = "BY_NOISE"
-settings.noise_reduction = True
 settings.pattern = "AUTO"
 settings.pattern_path = ""
 settings.filter = "AS_CYCLES"

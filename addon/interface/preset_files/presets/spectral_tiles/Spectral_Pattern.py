@@ -5,7 +5,6 @@ settings = bpy.context.scene.spectral_tiles
 settings.method = "GATHER"
 settings.sub_frames = 16
 settings.distribution = "EVEN"
-settings.noise_reduction = False
 settings.pattern = "SPECTRAL"
 settings.pattern_path = ""
 settings.filter = "AS_CYCLES"
