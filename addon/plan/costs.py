@@ -41,7 +41,8 @@ class Counted:
     """
 
     def __init__(self, size, threads=_THREADS):
-        self._least_call = self.call = _CALL * max(threads / _THREADS, 1.0)
+        self._waiting = max(threads / _THREADS, 1.0)
+        self.call = _CALL * self._waiting
         self.at_once = 1.0
         self.pixels = np.ones(size[::-1])
         self._learned = []
@@ -60,7 +61,7 @@ class Counted:
         idle : bool array, shape (height, width)
             Where samples do not differ from each other, as those of a background, which take next to no time.
         """
-        self.call = self._least_call * 4 ** max(round(np.log(max(call / sample, 1.0) / _CALL) / np.log(4.0)), 0)
+        self.call = max(_CALL, call / sample) * self._waiting
         for part, count, seconds in self._learned:
             weights = np.where(idle[part], _IDLE, 1.0)
             taken = max(seconds - call, _LEAST_PART_ONCE * seconds) / count

@@ -60,9 +60,9 @@ _FALL = 0.6
 _CAUTION = 0.75
 
 # By how much rates have to promise less error than the same samples everywhere: so much over the samples that tell.
-# Halves of a few flatter them, as where there are edges, which soon err less than these tell (16 samples in seven files
-# and scenes: where 4 promised .83 to .96, errors were .93 to 1.6; where .7 or less, .6 to 1.06).
-_FLATTERY = 0.8
+# Halves of a few flatter them, as where there are edges, which soon err less than these tell, and a denoiser has taken
+# some of that noise anyway (16 samples in a dozen files and scenes, docs/measurements.md).
+_FLATTERY = {NOISY: 0.4, DENOISED: 0.8}
 
 # How often a plan is made until its calls and samples together fill the time: fewer samples want fewer calls.
 _PLANS = 3
@@ -255,7 +255,7 @@ def evenly(goal, count, mean, size, costs, elapsed):
 def _chosen_squares(steps, variance, size, costs, seconds, rise):
     """Squares, wishes and levels of the side that promises most; None if the same samples everywhere do as well."""
     even = min(steps.base + seconds / costs.sample, steps.most)
-    least, chosen = 1.0 - _FLATTERY / steps.base, None
+    least, chosen = 1.0 - _FLATTERY[rise] / steps.base, None
     for squares in _sides(size):
         prices = squares.sums(costs.pixels)
         wish = rates.wishes(variance, squares)
