@@ -61,8 +61,8 @@ def render(session, frame):
     engine, sampled = session.engine, frame.sampling
     passes.add_divisors(engine, session.layer)
     steps.add_guides(session, frame)
-    rise = rounds.DENOISED if frame.denoise else rounds.NOISY
-    goal = rounds.Goal(sampled.samples, sampled.threshold, sampled.least, sampled.time_limit or None, rise)
+    worth = rounds.DENOISED if frame.denoise else rounds.NOISY
+    goal = rounds.Goal(sampled.samples, sampled.threshold, sampled.least, sampled.time_limit or None, worth)
     # What is to be denoised comes under another name, and Combined stays empty until then.
     light = passes.NOISY if frame.denoise else "Combined"
     denoising = functools.partial(steps.denoising_seconds, session, frame) if frame.denoise else None

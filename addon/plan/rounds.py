@@ -12,6 +12,7 @@ the first samples cost is little beside.
 """
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -25,10 +26,6 @@ _FIRST_PART = 4
 
 #: The fewest samples that have two halves of two.
 FEWEST = 4
-
-#: How the square error of a picture grows with its variance: as it is; and denoised, for little noise is taken away
-#: wholly, and much leaves more than its part.
-NOISY, DENOISED = 1.0, 1.5
 
 # Samples that a threshold is first asked at, and the sequence's length that they begin.
 _FIRST_TEST, _FIRST_LENGTH = 16, 64
@@ -59,13 +56,30 @@ _FALL = 0.6
 # Part of the time left that the next samples of all pixels may take.
 _CAUTION = 0.75
 
-# By how much rates have to promise less error than the same samples everywhere: so much over the samples that tell.
-# Halves of a few flatter them, as where there are edges, which soon err less than these tell, and a denoiser has taken
-# some of that noise anyway (16 samples in a dozen files and scenes, docs/measurements.md).
-_FLATTERY = {NOISY: 0.4, DENOISED: 0.8}
-
 # How often a plan is made until its calls and samples together fill the time: fewer samples want fewer calls.
 _PLANS = 3
+
+
+class Worth(NamedTuple):
+    """What noise matters in a picture, and when rates are worth it.
+
+    Attributes
+    ----------
+    rise : float
+        Power of the variance of its mean that a square's error grows with.
+    flattery : float
+        By how much rates have to promise less error than the same samples everywhere, times the samples that tell:
+        halves of a few flatter them, as where there are edges, which soon err less than these tell
+        (docs/measurements.md).
+    """
+
+    rise: float
+    flattery: float
+
+
+#: Of a picture as it is; and of one to be denoised, where little noise is taken away wholly, and much leaves more than
+#: its part.
+NOISY, DENOISED = Worth(1.0, 0.4), Worth(1.5, 0.8)
 
 
 @dataclass(frozen=True)
@@ -82,15 +96,15 @@ class Goal:
         Samples that every pixel takes at least.
     seconds : float or None
         What the whole picture may take.
-    rise : float
-        Power of the variance of its mean that a square's error grows with.
+    worth : Worth
+        `NOISY` or `DENOISED`.
     """
 
     samples: int
     threshold: float | None = None
     least: int = 0
     seconds: float | None = None
-    rise: float = NOISY
+    worth: Worth = NOISY
 
     @property
     def is_mean(self):
@@ -203,7 +217,7 @@ def rounds(goal, base, seen, costs, elapsed):
     if goal.seconds is not None:
         end = goal.seconds if goal.threshold is None else min(goal.seconds, end)
     steps = Rates(base, goal.length, goal.most)
-    chosen = _chosen_squares(steps, variance, seen.size, costs, end - elapsed(), goal.rise)
+    chosen = _chosen_squares(steps, variance, seen.size, costs, end - elapsed(), goal.worth)
     if chosen is None:
         yield from evenly(goal, base, round(needed), seen.size, costs, elapsed)
         return
@@ -252,10 +266,10 @@ def evenly(goal, count, mean, size, costs, elapsed):
         count += further
 
 
-def _chosen_squares(steps, variance, size, costs, seconds, rise):
+def _chosen_squares(steps, variance, size, costs, seconds, worth):
     """Squares, wishes and levels of the side that promises most; None if the same samples everywhere do as well."""
     even = min(steps.base + seconds / costs.sample, steps.most)
-    least, chosen = 1.0 - _FLATTERY[rise] / steps.base, None
+    least, chosen = 1.0 - worth.flattery / steps.base, None
     for squares in _sides(size):
         prices = squares.sums(costs.pixels)
         wish = rates.wishes(variance, squares)
@@ -263,7 +277,9 @@ def _chosen_squares(steps, variance, size, costs, seconds, rise):
         wanted = _planned(squares, wish, prices, levels, steps, steps.top, seconds, costs)
         sums = squares.sums(variance)
         judging = np.minimum(sums / squares.areas, _MOST_SAY * rates.guessed(sums, squares.areas))
-        errors = [(squares.areas * (judging / samples) ** rise).sum() for samples in (steps.samples(wanted), even)]
+        errors = [
+            (squares.areas * (judging / samples) ** worth.rise).sum() for samples in (steps.samples(wanted), even)
+        ]
         ratio = errors[0] / max(errors[1], 1e-30)
         if ratio < least:
             least, chosen = ratio, (squares, wish, wanted)

@@ -170,8 +170,8 @@ def test_what_is_denoised_is_judged_by_where_most_noise_is():
     noise = np.where(X > 60, 0.28, 0.1)
     for truth, wanted in ((noise, [64, 32]), (np.full_like(noise, 0.1), [64, 64])):
         least = [
-            rendered(Goal(64, rise=rise), 0, noise=truth, fireflies=np.zeros_like(FIREFLIES)).counts.min()
-            for rise in (rounds.NOISY, rounds.DENOISED)
+            rendered(Goal(64, worth=worth), 0, noise=truth, fireflies=np.zeros_like(FIREFLIES)).counts.min()
+            for worth in (rounds.NOISY, rounds.DENOISED)
         ]
         assert least == wanted
 
@@ -220,7 +220,7 @@ def test_few_samples_are_taken_by_all(samples):
 def test_pixels_that_are_not_finite_decide_nothing():
     picture = Noise(0, is_timed=False)
     picture.sums[3, 5], picture.sums[20, 60] = np.nan, np.inf
-    finished(Goal(64, rise=rounds.DENOISED), picture)
+    finished(Goal(64, worth=rounds.DENOISED), picture)
     assert 16 <= picture.counts.min() < picture.counts.max()
 
 
