@@ -26,11 +26,6 @@ BRIGHTEST = 4.0
 #: Luminance below which noise is hardly seen.
 DARKEST = 0.01
 
-# Samples grow with this power of the variance.  One half leaves the least mean square error if that falls like 1 / n
-# and the variance is known; it falls faster in most scenes, and is guessed.  Where samples take longer there should be
-# fewer, but that is where the error falls slowly, too: on real files both even out.
-_POWER = 0.4
-
 # Share of the picture's mean variance that every square is credited with: its neighbours may be silent by chance.
 _DOUBT = 0.01
 
@@ -194,7 +189,7 @@ def _finite(values):
     return np.where(np.isfinite(values), values, 0.0)
 
 
-def wishes(variance, squares):
+def wishes(variance, squares, power):
     """How many doublings more than others each square would have, if these could be any number.
 
     Parameters
@@ -202,12 +197,16 @@ def wishes(variance, squares):
     variance : float array, shape (height, width)
         Of a single sample of each pixel.
     squares : Squares
+    power : float
+        Of the variance that samples grow with.  One half leaves the least mean square error if that falls like 1 / n
+        and the variance is known; it falls faster in most scenes, and is guessed.  Where samples take longer there
+        should be fewer, but that is where the error falls slowly, too: on real files both even out.
 
     Returns
     -------
     float array, shape (rows, columns)
     """
-    return _POWER * np.log2(guessed(squares.sums(variance), squares.areas))
+    return power * np.log2(guessed(squares.sums(variance), squares.areas))
 
 
 def guessed(sums, areas):

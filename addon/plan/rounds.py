@@ -65,6 +65,8 @@ class Worth(NamedTuple):
 
     Attributes
     ----------
+    power : float
+        Of the variance that a square's samples grow with (`rates.wishes`).
     rise : float
         Power of the variance of its mean that a square's error grows with.
     flattery : float
@@ -73,13 +75,14 @@ class Worth(NamedTuple):
         (docs/measurements.md).
     """
 
+    power: float
     rise: float
     flattery: float
 
 
 #: Of a picture as it is; and of one to be denoised, where little noise is taken away wholly, and much leaves more than
 #: its part.
-NOISY, DENOISED = Worth(1.0, 0.4), Worth(1.5, 0.8)
+NOISY, DENOISED = Worth(0.4, 1.0, 0.4), Worth(0.32, 1.5, 0.8)
 
 
 @dataclass(frozen=True)
@@ -272,7 +275,7 @@ def _chosen_squares(steps, variance, size, costs, seconds, worth):
     least, chosen = 1.0 - worth.flattery / steps.base, None
     for squares in _sides(size):
         prices = squares.sums(costs.pixels)
-        wish = rates.wishes(variance, squares)
+        wish = rates.wishes(variance, squares, worth.power)
         levels = np.zeros(squares.areas.shape, int)
         wanted = _planned(squares, wish, prices, levels, steps, steps.top, seconds, costs)
         sums = squares.sums(variance)
