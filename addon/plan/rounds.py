@@ -72,7 +72,7 @@ class Worth(NamedTuple):
     flattery : float
         By how much rates have to promise less error than the same samples everywhere, times the samples that tell:
         halves of a few flatter them, as where there are edges, which soon err less than these tell
-        (docs/measurements.md).
+        (docs/developer_guide.md tells what was tried).
     """
 
     power: float
