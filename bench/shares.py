@@ -2,8 +2,8 @@
 """``python -m bench shares``: which of Cycles' random numbers the noise of pictures comes from.
 
 An analysis of variance: in blocks of a few pixels, whose integrands are alike, the radiance of many renders is
-projected on the modes of the numbers that each sample drew.  `addon.automatic.SHARES` are rounded means of what this
-prints.
+projected on the modes of the numbers that each sample drew.  `addon.plan.arranged_plan.SHARES` are rounded means of
+what this prints.
 """
 
 from collections.abc import Sequence

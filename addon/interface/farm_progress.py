@@ -9,8 +9,10 @@ import re
 
 import bpy
 
+from ..plan.patterns import generator_cli
+
 #: The most that is told of what has no file yet, which may still fail.
-RENDERED = 0.99
+RENDERED = generator_cli.ProgressBar.MADE
 
 
 class Percent:
