@@ -106,7 +106,7 @@ def _arrange(sources, region, samples, seed, is_cancelled):
     if not sources:
         return plan
     planned = min(samples, MOST_PLANNED)
-    weighed = _error_modes(sources, planned, _MODES, _CONSIDERED)
+    weighed = _error_modes(sources, planned)
 
     def fill(window):
         if is_cancelled():
@@ -128,7 +128,7 @@ def _arrange(sources, region, samples, seed, is_cancelled):
 
 
 @functools.cache
-def _error_modes(sources, samples, count, considered):
+def _error_modes(sources, samples):
     """The modes in which pixels differ most, as `modes.features` takes them.
 
     Parameters
@@ -137,12 +137,10 @@ def _error_modes(sources, samples, count, considered):
         Of `shares`.
     samples : int
         Samples of each pixel.
-    count, considered : int
-        How many modes, of how many that the variance of single samples is blamed on.
     """
-    likely = modes.largest(modes.variances(sources), considered)
+    likely = modes.largest(modes.variances(sources), _CONSIDERED)
     ranks = np.arange(max(_TRIAL // samples, 256), dtype=np.uint32)
-    return modes.strongest(likely, numbers(likely, ranks, samples, samples), count)
+    return modes.strongest(likely, numbers(likely, ranks, samples, samples), _MODES)
 
 
 def numbers(chosen, ranks, samples, sequence):

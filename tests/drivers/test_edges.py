@@ -41,13 +41,7 @@ def test_no_halo_round_a_bright_disc(tmp_path, way):
     truth = rendering.beauty(rendering.render(tmp_path, "CYCLES", 512, seed=99))
     samples = prepared(scene, way)
     errors = {
-        engine: np.mean(
-            [
-                np.square(rendering.beauty(rendering.render(tmp_path, engine, samples, seed)) - truth)
-                for seed in range(6)
-            ],
-            axis=(0, 3),
-        )
+        engine: np.square(rendering.stack(tmp_path, engine, range(6), samples) - truth).mean(axis=(0, 3))
         for engine in rendering.ENGINES
     }
     bright = truth[..., 1] > 0.5 * truth[..., 1].max()

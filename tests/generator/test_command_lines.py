@@ -108,7 +108,7 @@ def state(folder):
 def run(arguments, capfd):
     """Run a command line; return the exit code and what it said on standard error, both streams checked."""
     capfd.readouterr()
-    with effort.within(3.0, 100e6):
+    with effort.within(1.0, 100e6):
         try:
             code = cli.main(arguments)
         except SystemExit as stop:

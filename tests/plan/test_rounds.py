@@ -167,7 +167,7 @@ def test_samples_that_take_long_are_fewer():
 
 def test_what_is_denoised_is_judged_by_where_most_noise_is():
     """A few squares of it are worth rates for a denoiser only; where all err alike, they are for neither."""
-    noise = np.where(X > 60, 0.27, 0.1)
+    noise = np.where(X > 60, 0.28, 0.1)
     for truth, wanted in ((noise, [64, 32]), (np.full_like(noise, 0.1), [64, 64])):
         least = [
             rendered(Goal(64, worth=worth), 0, noise=truth, fireflies=np.zeros_like(FIREFLIES)).counts.min()
